@@ -1,2 +1,7 @@
 #![allow(missing_docs)]
-pub mod math; pub mod model; pub mod asset;
+pub mod asset;
+pub mod contact;
+pub mod dynamics;
+pub mod math;
+pub mod model;
+pub mod sim;
