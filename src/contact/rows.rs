@@ -30,7 +30,7 @@ impl Default for ContactSettings {
     fn default() -> Self {
         Self {
             margin: 0.005,
-            sweeps: 6,
+            sweeps: 5,
             correction: 0.1,
             slop: 0.0002,
             correction_speed: 0.5,

@@ -82,11 +82,16 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
                     s = us.neg_mul_add(c.effective_mass[2], s0);
                     let bite = c.bite * (n + partner_normal.masked(c.blade));
                     let s_edge = s.clamp(-bite, bite);
-                    let squared = t * t + s * s;
-                    let beyond = (limit * limit).lt(squared);
-                    let scale = R::select(beyond, limit / squared.max(R::splat(1e-30)).sqrt(), R::one());
-                    t = R::select(c.blade, t_line, t * scale);
-                    s = R::select(c.blade, s_edge, s * scale);
+                    let (mut t_disc, mut s_disc) = (t, s);
+                    let beyond = (limit * limit).lt(t * t + s * s) & !c.blade;
+                    if R::any(beyond) {
+                        let squared = (t * t + s * s).max(R::splat(1e-30));
+                        let scale = R::select(beyond, limit / squared.sqrt(), R::one());
+                        t_disc *= scale;
+                        s_disc *= scale;
+                    }
+                    t = R::select(c.blade, t_line, t_disc);
+                    s = R::select(c.blade, s_edge, s_disc);
                 }
                 // Inactive lanes keep zero: their effective masses are zero.
                 c.impulses = [n, t, s];

@@ -42,14 +42,22 @@ pub fn update_positions<R: Real>(constants: &[LinkConstants<R>], state: &State<R
     }
 }
 
-/// Velocities: twist of every link, at positions that are up to date.
+/// Velocities: joint velocities in world axes and the twist of every link, at positions that are up to date.
 #[inline]
 pub fn update_velocities<R: Real>(constants: &[LinkConstants<R>], state: &State<R>, links: &mut [LinkKinematics<R>]) {
-    links[0].velocity = state.root_velocity;
+    for (link, joint) in links.iter_mut().zip(&state.joints).skip(1) {
+        link.joint_velocity = link.rotation.mul_vec(joint.velocity);
+    }
+    update_twists(constants, state.root_velocity, links);
+}
+
+/// Twist of every link from the root's twist and joint velocities that are up to date.
+#[inline]
+pub fn update_twists<R: Real>(constants: &[LinkConstants<R>], root: Motion<R>, links: &mut [LinkKinematics<R>]) {
+    links[0].velocity = root;
     for i in 1..constants.len() {
         let parent = links[constants[i].parent].velocity;
         let link = &mut links[i];
-        link.joint_velocity = link.rotation.mul_vec(state.joints[i].velocity);
         link.velocity = Motion {
             angular: parent.angular + link.joint_velocity,
             linear: parent.at(link.from_parent),

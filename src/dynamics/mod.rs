@@ -21,7 +21,7 @@ pub use constants::LinkConstants;
 pub use forward::{contact_free_accelerations, forward_accelerations, integrate};
 pub use inverse::inverse_dynamics;
 pub use jacobian::{point_jacobian, point_velocity};
-pub use kinematics::{LinkKinematics, update_positions, update_velocities};
+pub use kinematics::{LinkKinematics, update_positions, update_twists, update_velocities};
 pub use mass_matrix::mass_matrix;
 pub use momentum::{Momentum, Totals, correct_root, energy, momentum, totals};
 pub use servo::{JointCommand, LimitSpring, ServoOutput, servo};

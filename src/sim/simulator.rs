@@ -7,7 +7,7 @@ use crate::contact::{
 use crate::dynamics::{
     ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
     articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals,
-    update_positions, update_velocities,
+    update_positions, update_twists, update_velocities,
 };
 use crate::math::{Force, Mobility, Motion, Quat, Real, Vec3};
 use crate::model::SharedModel;
@@ -410,7 +410,7 @@ impl<R: Real> Simulator<R> {
         update_velocities(&self.constants, &self.state, &mut self.kinematics);
         self.body =
             correct_root(&self.constants, &self.kinematics, self.mass, &self.momentum, com_target, &mut self.state);
-        update_velocities(&self.constants, &self.state, &mut self.kinematics);
+        update_twists(&self.constants, self.state.root_velocity, &mut self.kinematics);
         self.fresh = true;
     }
 
