@@ -1,1 +1,6 @@
+pub mod bvh;
+mod bvh_parse;
 pub mod clip;
+mod clip_edit;
+mod clip_file;
+pub(crate) mod turn;
