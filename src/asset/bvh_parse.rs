@@ -228,8 +228,7 @@ impl Hierarchy {
         for _ in 0..count {
             let (line, word) = words.need("a channel name")?;
             let Some(channel) = channel(word) else {
-                let problem =
-                    format!("has the channel `{}`; valid are Xposition, Xrotation and the like", shown(word));
+                let problem = format!("has the channel `{}`; valid are Xposition, Xrotation and the like", shown(word));
                 return self.error(line, joint, problem);
             };
             if channels.contains(&channel) {
@@ -294,7 +293,13 @@ fn read_motion(words: &mut Words, tree: Hierarchy, limits: BvhLimits) -> Result<
         }
     }
     if found != needed {
-        return Err(BvhError::ValueCount { line: odd_row.unwrap_or(words.line), frames: frame_count, channels, needed, found });
+        return Err(BvhError::ValueCount {
+            line: odd_row.unwrap_or(words.line),
+            frames: frame_count,
+            channels,
+            needed,
+            found,
+        });
     }
     Ok(Bvh { joints: tree.joints, frame_time, channel_count: channels, frame_count, values })
 }

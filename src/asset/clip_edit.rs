@@ -75,9 +75,10 @@ impl MotionClip {
         if blend > 0.0 {
             let root_gap = unit((turn * first.root_rotation) * last.root_rotation.conjugate());
             let height_gap = first.root_position.y - last.root_position.y;
-            let start = self.duration() - blend.min(self.duration());
+            let span = blend.min(self.duration());
             for (k, pose) in cycle.iter_mut().enumerate() {
-                let x = ((k as f64 / self.frame_rate - start) / (self.duration() - start)).clamp(0.0, 1.0);
+                let left = self.duration() - k as f64 / self.frame_rate;
+                let x = (1.0 - left / span).clamp(0.0, 1.0);
                 let weight = x * x * (3.0 - 2.0 * x);
                 pose.root_position.y += weight * height_gap;
                 pose.root_rotation = unit(slerp(DQuat::IDENTITY, root_gap, weight) * pose.root_rotation);
@@ -119,17 +120,14 @@ impl MotionClip {
         let poses = self.poses.iter().map(|pose| Pose {
             root_position: pose.root_position * DVec3::new(-1.0, 1.0, 1.0),
             root_rotation: mirror(pose.root_rotation),
-            joints: partners
-                .iter()
-                .map(|&j| mirror(pose.joints.get(j).copied().unwrap_or(DQuat::IDENTITY)))
-                .collect(),
+            joints: partners.iter().map(|&j| mirror(pose.joints.get(j).copied().unwrap_or(DQuat::IDENTITY))).collect(),
         });
         Ok(self.with_poses(self.frame_rate, poses.collect()))
     }
 
     /// The clip moved along the ground and turned about the vertical, so that it starts above the origin, facing -Z.
     /// Heights stay.
-    pub fn from_origin(&self) -> Self {
+    pub fn moved_to_origin(&self) -> Self {
         let Some(first) = self.poses.first() else { return self.clone() };
         let turn = twist(first.root_rotation, DVec3::Y).conjugate();
         let start = DVec3::new(first.root_position.x, 0.0, first.root_position.z);

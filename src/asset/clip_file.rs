@@ -34,9 +34,11 @@ impl MotionClip {
     pub fn to_ron(&self) -> Result<String, ClipError> {
         self.validate()?;
         let style = ron::ser::PrettyConfig::new().depth_limit(2).struct_names(true).new_line("\n").indentor(" ");
-        ron::ser::to_string_pretty(self, style)
-            .map(|text| text + "\n")
-            .map_err(|error| ClipError::Syntax { line: 0, column: 0, reason: error.to_string() })
+        ron::ser::to_string_pretty(self, style).map(|text| text + "\n").map_err(|error| ClipError::Syntax {
+            line: 0,
+            column: 0,
+            reason: error.to_string(),
+        })
     }
 
     /// Reads a `*.clip.ron` file.

@@ -3,4 +3,5 @@ mod bvh_parse;
 pub mod clip;
 mod clip_edit;
 mod clip_file;
+pub mod joint_map;
 pub(crate) mod turn;
