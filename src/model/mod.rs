@@ -6,3 +6,11 @@ pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
 };
+
+mod model_clip;
+mod retarget;
+mod sole_height;
+
+pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
+pub use retarget::{ImportError, import_bvh};
+pub use sole_height::SoleHeights;
