@@ -79,6 +79,9 @@ impl MotionClip {
             for (k, pose) in cycle.iter_mut().enumerate() {
                 let left = self.duration() - k as f64 / self.frame_rate;
                 let x = (1.0 - left / span).clamp(0.0, 1.0);
+                if x == 0.0 {
+                    continue;
+                }
                 let weight = x * x * (3.0 - 2.0 * x);
                 pose.root_position.y += weight * height_gap;
                 pose.root_rotation = unit(slerp(DQuat::IDENTITY, root_gap, weight) * pose.root_rotation);
@@ -92,7 +95,10 @@ impl MotionClip {
         let (mut heading, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
         for index in 0..cycles {
             let used = if index + 1 == cycles { intervals + 1 } else { intervals };
-            for pose in &cycle[..used] {
+            if index == 0 {
+                poses.extend_from_slice(&cycle[..used]);
+            }
+            for pose in cycle[..used].iter().filter(|_| index > 0) {
                 poses.push(Pose {
                     root_position: heading * pose.root_position + place,
                     root_rotation: unit(heading * pose.root_rotation),

@@ -240,12 +240,16 @@ pub fn mutate(text: &str, random: &mut RandomStream) -> String {
         let end = (at + 1 + random.below(12)).min(bytes.len());
         match random.below(6) {
             0 => bytes[at] = (random.bits() & 0xff) as u8,
-            1 => drop(bytes.drain(at..end)),
+            1 => {
+                bytes.drain(at..end);
+            }
             2 => {
                 let piece = bytes[at..end].to_vec();
                 bytes.splice(at..at, piece);
             }
-            3 => drop(bytes.splice(at..end, ODD[random.below(ODD.len())].bytes())),
+            3 => {
+                bytes.splice(at..end, ODD[random.below(ODD.len())].bytes());
+            }
             4 => bytes[at] = b'0' + random.below(10) as u8,
             _ => {
                 // Another digit in the place of a digit: often still a valid file.
