@@ -95,7 +95,8 @@ fn velocities_are_those_of_the_motion() {
             joints: vec![bent * DQuat::from_rotation_x(0.5 * t)],
         }
     });
-    let clip = MotionClip { name: "turn".into(), frame_rate: 60.0, joints: vec!["chest".into()], poses: poses.collect() };
+    let clip =
+        MotionClip { name: "turn".into(), frame_rate: 60.0, joints: vec!["chest".into()], poses: poses.collect() };
     let model = tiny_model();
     let fitted = clip.to_model(&model).unwrap();
     let mut worst: f64 = 0.0;

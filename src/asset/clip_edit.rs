@@ -51,6 +51,21 @@ impl MotionClip {
     /// Where the last pose differs from the first one (besides place and heading), the difference is spread over the
     /// last `blend` seconds of every cycle; with 0 it stays as a jump at the seam.
     pub fn repeated(&self, cycles: usize, blend: f64) -> Result<Self, ClipError> {
+        let turn = match (self.poses.first(), self.poses.last()) {
+            (Some(first), Some(last)) => twist(last.root_rotation * first.root_rotation.conjugate(), DVec3::Y),
+            _ => DQuat::IDENTITY,
+        };
+        self.repeated_with(cycles, blend, turn)
+    }
+
+    /// As [`MotionClip::repeated`], but every cycle keeps the heading of the first: for cycles that go straight on while
+    /// their last pose happens to look a little to one side, which would add up to a curve. The sideways look is
+    /// blended away like the rest of the difference.
+    pub fn repeated_straight(&self, cycles: usize, blend: f64) -> Result<Self, ClipError> {
+        self.repeated_with(cycles, blend, DQuat::IDENTITY)
+    }
+
+    fn repeated_with(&self, cycles: usize, blend: f64, turn: DQuat) -> Result<Self, ClipError> {
         self.check_option("number of cycles", cycles as f64, cycles > 0, "at least 1")?;
         self.check_option("seam blending", blend, blend >= 0.0 && blend.is_finite(), "0 s or more")?;
         let (Some(first), Some(last)) = (self.poses.first(), self.poses.last()) else {
@@ -66,7 +81,6 @@ impl MotionClip {
         }
 
         // One cycle on the ground: p -> turn * p + shift.
-        let turn = twist(last.root_rotation * first.root_rotation.conjugate(), DVec3::Y);
         let mut shift = last.root_position - turn * first.root_position;
         shift.y = 0.0;
 
