@@ -140,7 +140,7 @@ pub fn import_bvh(bvh: &Bvh, map: &JointMap, model: &CharacterModel) -> Result<M
         for sole in &map.soles {
             soles.push(model.links[source.link(sole)?].name.as_str());
         }
-        clip = clip.grounded(model, &soles)?.0;
+        clip = clip.grounded_at(model, &soles, map.sole_fraction)?.0;
     }
     Ok(clip)
 }
