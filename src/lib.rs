@@ -1,7 +1,11 @@
 #![allow(missing_docs)]
 pub mod asset;
 pub mod contact;
+pub mod control;
 pub mod dynamics;
 pub mod math;
 pub mod model;
 pub mod sim;
+#[cfg(feature = "train")]
+pub mod train;
+
