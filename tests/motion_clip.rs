@@ -35,7 +35,8 @@ fn a_saved_clip_comes_back_bit_for_bit() {
 #[test]
 fn invalid_clips_are_refused_by_place() {
     let good = wild_clip(&mut RandomStream::new(1, 2), 3);
-    let spoiled: [(fn(&mut MotionClip), &str); 8] = [
+    type Spoil = fn(&mut MotionClip);
+    let spoiled: [(Spoil, &str); 8] = [
         (|c| c.poses.clear(), "no poses"),
         (|c| c.frame_rate = f64::NAN, "frame rate"),
         (|c| c.frame_rate = 0.0, "frame rate"),
