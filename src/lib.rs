@@ -1,2 +1,6 @@
 #![allow(missing_docs)]
-pub mod math; pub mod model; pub mod asset;
+pub mod asset;
+pub mod math;
+pub mod model;
+#[cfg(feature = "storyboard")]
+pub mod storyboard;

@@ -1,1 +1,4 @@
+//! Bytes to validated data and back.
+
 pub mod clip;
+pub mod mjcf;
