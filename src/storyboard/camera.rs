@@ -48,12 +48,10 @@ impl Camera {
     }
 }
 
-/// The unit vector the motion goes along, horizontal, world frame.
-fn heading(options: &StoryboardOptions, frames: &[StoryboardFrame]) -> DVec3 {
+/// The unit vector the motion goes along, horizontal, world frame: from the first to the last root or, where that is
+/// short, the way the first root faces.
+pub(crate) fn travel(frames: &[StoryboardFrame]) -> DVec3 {
     let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
-    if options.heading == Heading::World {
-        return DVec3::NEG_Z;
-    }
     let root = |f: &StoryboardFrame| f.links.first().map_or(DVec3::ZERO, |l| l.origin);
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return DVec3::NEG_Z };
     let way = flat(root(last) - root(first));
@@ -63,7 +61,10 @@ fn heading(options: &StoryboardOptions, frames: &[StoryboardFrame]) -> DVec3 {
 
 /// World axes to view axes.
 pub(crate) fn view_axes(options: &StoryboardOptions, frames: &[StoryboardFrame]) -> DMat3 {
-    let forward = heading(options, frames);
+    let forward = match options.heading {
+        Heading::Travel => travel(frames),
+        Heading::World => DVec3::NEG_Z,
+    };
     // Right of the heading (heading x up) is where the camera stands at azimuth zero; turning it towards the heading
     // shows the front.
     let side = forward.cross(DVec3::Y);

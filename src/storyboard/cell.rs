@@ -122,7 +122,7 @@ fn grid(pixmap: &mut Pixmap, options: &StoryboardOptions, camera: &Camera) {
     // The visible part of the ground around the target.
     let half_width = width / camera.scale / 2.0 + GRID;
     let near = (height - camera.anchor.y) / camera.scale / options.elevation.sin().max(0.05);
-    let near = near.min(6.0);
+    let near = near.min(24.0);
     let reach = half_width.hypot(GROUND_DEPTH.max(near));
     let (right, away) = (camera.right(), camera.away());
     for (along, across) in [(DVec3::X, DVec3::Z), (DVec3::Z, DVec3::X)] {
@@ -131,7 +131,7 @@ fn grid(pixmap: &mut Pixmap, options: &StoryboardOptions, camera: &Camera) {
         for k in first..=((center + reach) / GRID).floor() as i64 {
             let base = across * (k as f64 * GRID) + along * camera.target.dot(along) + DVec3::Y * camera.target.y;
             let strong = k.rem_euclid(2) == 0;
-            let steps = 48;
+            let steps = (reach * 8.0).clamp(24.0, 200.0) as i32;
             for s in 0..steps {
                 let at = |s: i32| base + along * (reach * (2.0 * f64::from(s) / f64::from(steps) - 1.0));
                 let (from, to) = (at(s), at(s + 1));

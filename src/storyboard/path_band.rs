@@ -1,19 +1,19 @@
 //! The band below the strip: the way of the centre of mass, seen from above, and the marks the contacts left.
 
+use super::camera::travel;
 use super::cell::{INK, color, disc, line};
 use super::font::{draw_text, text_width};
 use super::frame::StoryboardFrame;
 use crate::model::CharacterModel;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use tiny_skia::{Color, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
 
-/// Draws the band. `axes` is the strip's view, so that the band runs the same way; `cells` are the frames that the strip
-/// shows. `None` only for a size that no picture can have.
+/// Draws the band; it runs along the motion, left to right. `cells` are the frames that the strip shows. `None` only for a
+/// size that no picture can have.
 pub(crate) fn draw_band(
     model: &CharacterModel,
     frames: &[StoryboardFrame],
     cells: &[usize],
-    axes: DMat3,
     size: (u32, u32),
     text: f32,
 ) -> Option<Pixmap> {
@@ -21,8 +21,8 @@ pub(crate) fn draw_band(
     pixmap.fill(Color::from_rgba8(244, 248, 251, 255));
     let (width, height) = (f64::from(size.0), f64::from(size.1));
 
-    // Seen from above: x along the strip, y down towards the viewer of the strip.
-    let right = axes.row(0);
+    // Seen from above: x along the way, y down to the right of it.
+    let right = travel(frames);
     let down = right.cross(DVec3::Y);
     let flat = |p: DVec3| DVec2::new(p.dot(right), p.dot(down));
     let path: Vec<DVec2> = frames.iter().map(|f| flat(f.center_of_mass(model))).collect();

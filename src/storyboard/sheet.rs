@@ -86,7 +86,7 @@ impl Storyboard {
             blit(&mut sheet, &cell, left, title);
         }
         if band > 0 {
-            let picture = draw_band(model, frames, &chosen, axes, (options.width, band), text)?;
+            let picture = draw_band(model, frames, &chosen, (options.width, band), text)?;
             blit(&mut sheet, &picture, 0, options.height - band);
         }
         Some(sheet)
