@@ -5,8 +5,7 @@
 
 mod puppet;
 
-use bevy_athlete::asset::mjcf::export_mjcf;
-use bevy_athlete::model::JointKind;
+use bevy_athlete::model::{JointKind, export_mjcf};
 use puppet::puppet;
 use std::collections::HashMap;
 

@@ -6,11 +6,17 @@
 
 mod puppet;
 
+use bevy_athlete::model::{ContactPoint, LinkTransform};
 use bevy_athlete::storyboard::*;
 use glam::{DQuat, DVec3};
 use puppet::{place, puppet};
 use std::f64::consts::TAU;
 use tiny_skia::Pixmap;
+
+/// Where a contact point is, world frame, m.
+fn at(links: &[LinkTransform], point: &ContactPoint) -> DVec3 {
+    links[point.link].position + links[point.link].rotation * point.position
+}
 
 /// A stroke on a curve: the standing leg bent, the free leg behind, the arms out.
 fn stroke(count: usize) -> Vec<StoryboardFrame> {
@@ -43,16 +49,16 @@ fn stroke(count: usize) -> Vec<StoryboardFrame> {
             let mut ghost = pose(t, 0.12);
             // Stand on the lowest blade end.
             let lowest = |links: &[LinkTransform]| {
-                model.contact_points.iter().map(|c| links[c.link].point(c.position).y - c.radius).fold(9.0, f64::min)
+                model.contact_points.iter().map(|c| at(links, c).y - c.radius).fold(9.0, f64::min)
             };
             for links in [&mut links, &mut ghost] {
                 let low = lowest(links);
-                links.iter_mut().for_each(|l| l.origin.y -= low);
+                links.iter_mut().for_each(|l| l.position.y -= low);
             }
             let contacts = model
                 .contact_points
                 .iter()
-                .map(|c| links[c.link].point(c.position) - DVec3::Y * c.radius)
+                .map(|c| at(&links, c) - DVec3::Y * c.radius)
                 .filter(|p| p.y < 0.02)
                 .map(|position| TouchPoint { position, force: DVec3::new(20.0, 230.0, 10.0) })
                 .collect();
@@ -135,7 +141,7 @@ fn bad_input_is_refused_by_name() {
     let message = |frames: &[StoryboardFrame]| storyboard.png(&model, frames).unwrap_err().to_string();
     assert!(message(&[]).contains("at least one frame"));
     let mut frames = stroke(2);
-    frames[1].links[3].origin.y = f64::NAN;
+    frames[1].links[3].position.y = f64::NAN;
     assert!(message(&frames).contains("frame 1") && message(&frames).contains("links"));
     frames[1].links.pop();
     assert!(message(&frames).contains("14 links"), "{}", message(&frames));

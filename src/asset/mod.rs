@@ -1,4 +1,7 @@
-//! Bytes to validated data and back.
-
+pub mod bvh;
+mod bvh_parse;
 pub mod clip;
-pub mod mjcf;
+mod clip_edit;
+mod clip_file;
+pub mod joint_map;
+pub(crate) mod turn;

@@ -52,7 +52,7 @@ impl Camera {
 /// short, the way the first root faces.
 pub(crate) fn travel(frames: &[StoryboardFrame]) -> DVec3 {
     let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
-    let root = |f: &StoryboardFrame| f.links.first().map_or(DVec3::ZERO, |l| l.origin);
+    let root = |f: &StoryboardFrame| f.links.first().map_or(DVec3::ZERO, |l| l.position);
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return DVec3::NEG_Z };
     let way = flat(root(last) - root(first));
     let faces = first.links.first().map_or(DVec3::NEG_Z, |l| flat(l.rotation * DVec3::NEG_Z));
@@ -79,7 +79,7 @@ pub(crate) fn view_axes(options: &StoryboardOptions, frames: &[StoryboardFrame])
 /// The points of the ground that the cells are centred on, world frame, m.
 pub(crate) fn targets(options: &StoryboardOptions, cells: &[&StoryboardFrame]) -> Vec<DVec3> {
     let ground = |v: DVec3| DVec3::new(v.x, options.ground_height, v.z);
-    let roots: Vec<DVec3> = cells.iter().map(|f| f.links.first().map_or(DVec3::ZERO, |l| ground(l.origin))).collect();
+    let roots: Vec<DVec3> = cells.iter().map(|f| f.links.first().map_or(DVec3::ZERO, |l| ground(l.position))).collect();
     match options.follow {
         Follow::Root => roots,
         Follow::Fixed => {

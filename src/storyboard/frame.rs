@@ -1,23 +1,7 @@
 //! What a storyboard is made from: instants of a motion, and how to look at them.
 
-use crate::model::{CharacterModel, Shape};
-use glam::{DQuat, DVec3};
-
-/// Where a link is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkTransform {
-    /// Origin of the link frame (the joint), world frame, m.
-    pub origin: DVec3,
-    /// Link axes to world axes.
-    pub rotation: DQuat,
-}
-
-impl LinkTransform {
-    /// Takes a point from the link frame to the world frame, m.
-    pub fn point(&self, local: DVec3) -> DVec3 {
-        self.origin + self.rotation * local
-    }
-}
+use crate::model::{CharacterModel, LinkTransform, Shape};
+use glam::DVec3;
 
 /// A place where the world pushes on the character.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +37,7 @@ impl StoryboardFrame {
     pub fn center_of_mass(&self, model: &CharacterModel) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for (link, place) in model.links.iter().zip(&self.links) {
-            sum += link.mass * place.point(link.com);
+            sum += link.mass * (place.position + place.rotation * link.com);
         }
         sum / model.mass().max(f64::MIN_POSITIVE)
     }
@@ -219,7 +203,7 @@ pub(crate) fn check_frames(model: &CharacterModel, frames: &[StoryboardFrame]) -
     if frames.is_empty() {
         return Err(StoryboardError::NoFrames);
     }
-    let finite = |links: &[LinkTransform]| links.iter().all(|l| l.origin.is_finite() && l.rotation.is_finite());
+    let finite = |links: &[LinkTransform]| links.iter().all(|l| l.position.is_finite() && l.rotation.is_finite());
     for (frame, f) in frames.iter().enumerate() {
         for links in std::iter::once(&f.links).chain(&f.ghost) {
             if links.len() != model.links.len() {

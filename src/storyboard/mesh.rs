@@ -1,7 +1,6 @@
 //! Boxes, capsules and spheres as triangles.
 
-use super::frame::LinkTransform;
-use crate::model::{CharacterModel, Shape};
+use crate::model::{CharacterModel, LinkTransform, Shape};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -83,7 +82,7 @@ pub(crate) fn figure(model: &CharacterModel, links: &[LinkTransform]) -> Vec<Sol
 
 /// Solids that stand in the world.
 pub(crate) fn scenery(shapes: &[Shape]) -> Vec<Solid> {
-    let world = LinkTransform { origin: DVec3::ZERO, rotation: DQuat::IDENTITY };
+    let world = LinkTransform { position: DVec3::ZERO, rotation: DQuat::IDENTITY };
     let solid = |(i, s)| Solid { vertices: triangles(s, &world), side: Side::Scenery, id: u16::MAX - i as u16 };
     shapes.iter().take(1000).enumerate().map(solid).collect()
 }
@@ -97,7 +96,7 @@ pub(crate) fn triangles(shape: &Shape, place: &LinkTransform) -> Vec<Vertex> {
         Shape::Sphere { center, radius } => capsule(&mut out, center, center, radius),
     }
     for v in &mut out {
-        *v = Vertex { position: place.point(v.position), normal: place.rotation * v.normal };
+        *v = Vertex { position: place.position + place.rotation * v.position, normal: place.rotation * v.normal };
     }
     out
 }
@@ -167,7 +166,7 @@ mod tests {
 
     #[test]
     fn normals_are_unit_and_outward() {
-        let world = LinkTransform { origin: DVec3::ZERO, rotation: DQuat::IDENTITY };
+        let world = LinkTransform { position: DVec3::ZERO, rotation: DQuat::IDENTITY };
         let shape = Shape::Capsule { a: DVec3::ZERO, b: DVec3::new(0.1, 0.4, 0.0), radius: 0.05 };
         for v in triangles(&shape, &world) {
             assert!((v.normal.length() - 1.0).abs() < 1e-12);

@@ -32,7 +32,5 @@ mod path_band;
 mod raster;
 mod sheet;
 
-pub use frame::{
-    Follow, Ground, Heading, LinkTransform, StoryboardError, StoryboardFrame, StoryboardOptions, TouchPoint,
-};
+pub use frame::{Follow, Ground, Heading, StoryboardError, StoryboardFrame, StoryboardOptions, TouchPoint};
 pub use sheet::Storyboard;

@@ -118,7 +118,7 @@ fn corners(model: &CharacterModel, frame: &StoryboardFrame) -> Vec<DVec3> {
     let mut out: Vec<DVec3> = points(figure(model, &frame.links)).collect();
     if let Some(ghost) = &frame.ghost {
         let drift = match (ghost.first(), frame.links.first()) {
-            (Some(g), Some(l)) => g.origin.distance(l.origin),
+            (Some(g), Some(l)) => g.position.distance(l.position),
             _ => 0.0,
         };
         if drift < 0.5 {

@@ -1,9 +1,9 @@
 //! A small skater built in code, for tests that need a character but no file.
 #![allow(dead_code)]
 
-use bevy_athlete::model::{Blade, CharacterModel, ContactKind, ContactPoint, Gains, JointKind, LeanLaw, Link, Shape};
-#[cfg(feature = "storyboard")]
-use bevy_athlete::storyboard::LinkTransform;
+use bevy_athlete::model::{
+    Blade, CharacterModel, ContactKind, ContactPoint, Gains, JointKind, LeanLaw, Link, LinkTransform, Shape,
+};
 use glam::{DMat3, DQuat, DVec3};
 
 struct Part {
@@ -126,15 +126,15 @@ pub fn puppet() -> CharacterModel {
 }
 
 /// Where all links are for a root place and joint rotations; `joint` gives the rotation of a link by name.
-#[cfg(feature = "storyboard")]
 pub fn place(model: &CharacterModel, root: DVec3, turn: DQuat, joint: impl Fn(&str) -> DQuat) -> Vec<LinkTransform> {
     let mut out: Vec<LinkTransform> = Vec::new();
     for link in &model.links {
         out.push(match link.parent {
-            None => LinkTransform { origin: root, rotation: turn },
-            Some(p) => {
-                LinkTransform { origin: out[p].point(link.offset), rotation: out[p].rotation * joint(&link.name) }
-            }
+            None => LinkTransform { position: root, rotation: turn },
+            Some(p) => LinkTransform {
+                position: out[p].position + out[p].rotation * link.offset,
+                rotation: out[p].rotation * joint(&link.name),
+            },
         });
     }
     out

@@ -1,0 +1,277 @@
+//! Which contact points are near a surface, and the work space of the contact stages.
+
+use crate::contact::{BladeContact, ContactMobility, SurfaceHit, Terrain};
+use crate::dynamics::LinkKinematics;
+use crate::math::{Force, Motion, Real, Vec3};
+use crate::model::{CharacterModel, ContactKind};
+
+/// A contact point (or an open end of a grip) that takes part in this step.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactCandidate<R: Real> {
+    /// Index of the contact point in the model; for a grip, of the grip.
+    pub source: usize,
+    /// True for a grip.
+    pub is_grip: bool,
+    /// True where the knife edge holds.
+    pub blade: R::Mask,
+    /// True where the point is within the margin.
+    pub active: R::Mask,
+    /// The place of contact relative to the link's origin, world axes, m.
+    pub arm: Vec3<R>,
+    /// The place of contact relative to the root's origin at the start of the step, world axes, m.
+    pub place: Vec3<R>,
+    /// Row directions: normal and two tangents (along and across, for a blade), world axes.
+    pub directions: [Vec3<R>; 3],
+    /// Moment arms of the rows: `arm x direction`.
+    pub moments: [Vec3<R>; 3],
+    /// Velocity along each row that the solver aims at, m/s.
+    pub aims: [R; 3],
+    /// Motion of the link from a unit impulse along each row.
+    pub responses: [Motion<R>; 3],
+    /// Inverse effective masses `J_r . response_s`: 00, 11, 22, 01, 02, 12.
+    pub coupling: [R; 6],
+    /// `1 / coupling[r][r]`, zero in inactive lanes.
+    pub effective_mass: [R; 3],
+    /// Impulses along the rows, N s.
+    pub impulses: [R; 3],
+    /// Coulomb coefficient.
+    pub friction: R,
+    /// Index of the other end of the same blade among the candidates.
+    pub partner: usize,
+    /// Bite: largest lateral impulse over the blade's normal impulse.
+    pub bite: R,
+}
+
+impl<R: Real> ContactCandidate<R> {
+    /// The impulse on the link, world axes, N s.
+    #[inline(always)]
+    pub fn impulse(&self) -> Vec3<R> {
+        let [n, t, s] = self.directions;
+        s.mul_add(self.impulses[2], t.mul_add(self.impulses[1], n * self.impulses[0]))
+    }
+}
+
+/// The candidates of one link.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactGroup<R> {
+    /// Link index.
+    pub link: usize,
+    /// First candidate.
+    pub start: usize,
+    /// One past the last candidate.
+    pub end: usize,
+    /// Velocity of the link origin as the solver goes on.
+    pub velocity: Motion<R>,
+    /// Impulse wrench on the link about its origin, in all.
+    pub wrench: Force<R>,
+}
+
+/// Surface, arm and world-axes place of a contact point before it is known to be near anything.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe<R: Real> {
+    pub hit: SurfaceHit<R>,
+    pub gap: R,
+    pub arm: Vec3<R>,
+}
+
+/// Work space of the contact stages; allocated once.
+#[derive(Clone, Debug)]
+pub struct ContactScratch<R: Real> {
+    /// Contact points in the order of their links.
+    pub(crate) order: Vec<usize>,
+    /// Answers of the terrain, by contact point.
+    pub(crate) probes: Vec<Probe<R>>,
+    /// Links with a point, and the radius about the link origin that holds them all, m.
+    pub(crate) reach: Vec<(usize, f64, core::ops::Range<usize>)>,
+    /// Blades, by index; `None` while no lane has it on the ice.
+    pub blades: Vec<Option<BladeContact<R>>>,
+    /// Points that take part, by link.
+    pub candidates: Vec<ContactCandidate<R>>,
+    /// Links that take part.
+    pub groups: Vec<ContactGroup<R>>,
+    /// Inverse inertias between them.
+    pub mobility: ContactMobility<R>,
+}
+
+impl<R: Real> ContactScratch<R> {
+    /// Work space for a model.
+    pub fn new(model: &CharacterModel) -> Self {
+        let mut order: Vec<usize> = (0..model.contact_points.len()).collect();
+        order.sort_by_key(|&p| model.contact_points[p].link);
+        let mut reach: Vec<(usize, f64, core::ops::Range<usize>)> = Vec::new();
+        for (at, &p) in order.iter().enumerate() {
+            let point = &model.contact_points[p];
+            let radius = point.position.length() + point.radius;
+            match reach.last_mut() {
+                Some((link, largest, range)) if *link == point.link => {
+                    *largest = largest.max(radius);
+                    range.end = at + 1;
+                }
+                _ => reach.push((point.link, radius, at..at + 1)),
+            }
+        }
+        let zero = R::zero();
+        let far = Probe {
+            hit: SurfaceHit {
+                distance: zero,
+                normal: Vec3::zero(),
+                velocity: Vec3::zero(),
+                friction: zero,
+                ice: zero.lt(zero),
+            },
+            gap: R::splat(1e9),
+            arm: Vec3::zero(),
+        };
+        let capacity = model.contact_points.len() + model.grips.len();
+        Self {
+            order,
+            probes: vec![far; model.contact_points.len()],
+            reach,
+            blades: vec![None; model.blades.len()],
+            candidates: Vec::with_capacity(capacity),
+            groups: Vec::with_capacity(capacity),
+            mobility: ContactMobility::new(model),
+        }
+    }
+
+    /// Removes all candidates.
+    pub fn clear(&mut self) {
+        self.candidates.clear();
+        self.groups.clear();
+        self.blades.iter_mut().for_each(|b| *b = None);
+    }
+}
+
+/// Asks the terrain about every link that is near it, and lists the points within `margin` (m) of a surface. Grips that
+/// hold on to something are listed too. Returns true if anything takes part.
+#[inline]
+pub fn detect_contacts<R: Real>(
+    model: &CharacterModel,
+    kinematics: &[LinkKinematics<R>],
+    root_position: Vec3<R>,
+    terrain: &impl Terrain<R>,
+    margin: f64,
+    grips: &[Option<glam::DVec3>],
+    scratch: &mut ContactScratch<R>,
+) -> bool {
+    scratch.clear();
+    let margin = R::splat(margin);
+    let ContactScratch { order, probes, reach, blades, candidates, groups, .. } = scratch;
+    let far = R::splat(1e9);
+    for (link, radius, range) in reach.iter() {
+        let k = &kinematics[*link];
+        let origin = root_position + k.origin;
+        // The link's ball first: most links are in the air most of the time.
+        let ball = terrain.query(origin).distance - R::splat(*radius);
+        if !R::any(ball.lt(margin)) {
+            for &p in &order[range.clone()] {
+                probes[p].gap = far;
+            }
+            continue;
+        }
+        for &p in &order[range.clone()] {
+            let point = &model.contact_points[p];
+            let arm = k.rotation.mul_vec(Vec3::splat(point.position));
+            let hit = terrain.query(origin + arm);
+            let radius = R::splat(point.radius);
+            probes[p] = Probe { hit, gap: hit.distance - radius, arm: arm - hit.normal * radius };
+        }
+    }
+
+    for (index, blade) in model.blades.iter().enumerate() {
+        let (toe, heel) = (&probes[blade.toe], &probes[blade.heel]);
+        let on_ice = toe.gap.lt(margin) & heel.gap.lt(margin);
+        if !R::any(on_ice) {
+            continue;
+        }
+        let on_ice = on_ice & toe.hit.ice & heel.hit.ice;
+        if R::any(on_ice) {
+            let inside = kinematics[blade.link].rotation.mul_vec(Vec3::splat(blade.inside));
+            blades[index] =
+                Some(BladeContact::new(on_ice, toe.arm - heel.arm, inside, toe.hit.normal, &blade.lean_law));
+        }
+    }
+
+    let none = R::zero().lt(R::zero());
+    let blank = ContactCandidate {
+        source: 0,
+        is_grip: false,
+        blade: none,
+        active: none,
+        arm: Vec3::zero(),
+        place: Vec3::zero(),
+        directions: [Vec3::zero(); 3],
+        moments: [Vec3::zero(); 3],
+        aims: [R::zero(); 3],
+        responses: [Motion::zero(); 3],
+        coupling: [R::zero(); 6],
+        effective_mass: [R::zero(); 3],
+        impulses: [R::zero(); 3],
+        friction: R::zero(),
+        partner: 0,
+        bite: R::zero(),
+    };
+    let mut join = |link: usize, candidate: ContactCandidate<R>| {
+        let at = candidates.len();
+        match groups.last_mut() {
+            Some(group) if group.link == link => group.end = at + 1,
+            _ => groups.push(ContactGroup {
+                link,
+                start: at,
+                end: at + 1,
+                velocity: Motion::zero(),
+                wrench: Force::zero(),
+            }),
+        }
+        let place = kinematics[link].origin + candidate.arm;
+        candidates.push(ContactCandidate { partner: at, place, ..candidate });
+    };
+    // Links in ascending order, each with its points first and then its grips.
+    let mut next_grip = 0;
+    let mut held = |upto: usize, join: &mut dyn FnMut(usize, ContactCandidate<R>)| {
+        // Grips are few and their order in the file is free: look at all that belong to links before `upto`.
+        while next_grip < upto {
+            for (g, grip) in model.grips.iter().enumerate() {
+                if grip.link == next_grip && grips.get(g).is_some_and(Option::is_some) {
+                    let arm = kinematics[grip.link].rotation.mul_vec(Vec3::splat(grip.position));
+                    let all = !none;
+                    join(grip.link, ContactCandidate { source: g, is_grip: true, active: all, arm, ..blank });
+                }
+            }
+            next_grip += 1;
+        }
+    };
+    let any_grip = grips.iter().any(Option::is_some);
+    for &p in order.iter() {
+        let point = &model.contact_points[p];
+        if any_grip {
+            held(point.link, &mut join);
+        }
+        let active = probes[p].gap.lt(margin);
+        if !R::any(active) {
+            continue;
+        }
+        let blade = match point.kind {
+            ContactKind::Point => none,
+            ContactKind::BladeToe(b) | ContactKind::BladeHeel(b) => blades[b].map_or(none, |b| b.on_ice),
+        };
+        join(point.link, ContactCandidate { source: p, active, blade, arm: probes[p].arm, ..blank });
+    }
+    if any_grip {
+        held(model.links.len(), &mut join);
+    }
+    // The two ends of a blade know each other.
+    for a in 0..candidates.len() {
+        if candidates[a].is_grip {
+            continue;
+        }
+        if let ContactKind::BladeToe(blade) = model.contact_points[candidates[a].source].kind {
+            let heel = model.blades[blade].heel;
+            if let Some(b) = candidates.iter().position(|c| !c.is_grip && c.source == heel) {
+                candidates[a].partner = b;
+                candidates[b].partner = a;
+            }
+        }
+    }
+    !candidates.is_empty()
+}

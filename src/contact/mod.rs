@@ -1,0 +1,22 @@
+//! Contact between characters and the world: the signed-distance world, contact points, the blade, grips, the solver,
+//! and self-collision.
+
+mod blade;
+mod detect;
+mod geometry;
+mod height_field;
+mod mobility;
+mod rows;
+mod self_collision;
+mod solver;
+mod world;
+
+pub use blade::{BladeContact, BladeEdge, carve_curvature};
+pub use detect::{ContactCandidate, ContactGroup, ContactScratch, detect_contacts};
+pub use geometry::{Geometry, GeometryHit};
+pub use height_field::{HeightField, HeightFieldError};
+pub use mobility::ContactMobility;
+pub use rows::{ContactSettings, build_rows};
+pub use self_collision::{CollisionCapsule, SelfCollisionSettings, self_collision_forces};
+pub use solver::solve_contacts;
+pub use world::{Solid, Surface, SurfaceHit, SurfaceKind, Terrain, World};

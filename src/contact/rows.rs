@@ -1,0 +1,155 @@
+//! The rows of the contact problem: directions, responses, aims.
+
+use crate::contact::ContactScratch;
+use crate::dynamics::LinkKinematics;
+use crate::math::{Mat3, Mobility, Motion, Real, Vec3};
+use crate::model::CharacterModel;
+use glam::DVec3;
+
+/// Tuning of contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSettings {
+    /// Distance at which a point starts to take part and a blade end counts as on the ice, m. The blade rule of the
+    /// plan: 5 mm.
+    pub margin: f64,
+    /// Sweeps of the Gauss-Seidel solver.
+    pub sweeps: usize,
+    /// Part of the penetration (beyond `slop`) removed in one step.
+    pub correction: f64,
+    /// Penetration that is left alone, m.
+    pub slop: f64,
+    /// Largest speed of penetration correction, m/s: a body that starts deep inside is pushed out, not shot out.
+    pub correction_speed: f64,
+    /// Part of the distance to its anchor that a grip closes in one step.
+    pub grip_correction: f64,
+    /// Factor on every friction coefficient.
+    pub friction_scale: f64,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self {
+            margin: 0.005,
+            sweeps: 5,
+            correction: 0.1,
+            slop: 0.0002,
+            correction_speed: 0.5,
+            grip_correction: 0.1,
+            friction_scale: 1.0,
+        }
+    }
+}
+
+/// `m * skew(r)`: the response to forces at `r`, from the response to moments.
+#[inline(always)]
+fn mul_skew<R: Real>(m: &Mat3<R>, r: Vec3<R>) -> Mat3<R> {
+    Mat3::from_columns(m.y * r.z - m.z * r.y, m.z * r.x - m.x * r.z, m.x * r.y - m.y * r.x)
+}
+
+/// Response of the link's motion to a force at `arm`: two 3 x 3 blocks (angular, linear).
+#[inline(always)]
+fn force_response<R: Real>(own: &Mobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
+    (own.al + mul_skew(&own.aa, arm), own.ll + mul_skew(&own.la, arm))
+}
+
+/// A tangent pair of a unit normal, without a branch. Duff et al. 2017, "Building an Orthonormal Basis, Revisited", with
+/// the axes turned so that the jump lies at level normals, where no ground has its own.
+#[inline(always)]
+fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
+    let one = R::one();
+    let sign = R::select(n.y.lt(R::zero()), -one, one);
+    let a = -(sign + n.y).recip();
+    let b = n.z * n.x * a;
+    (
+        Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a),
+        Vec3::new(sign + n.x * n.x * a, -n.x, b),
+    )
+}
+
+/// Fills the rows of every candidate. `h` is the step, s.
+#[inline]
+pub fn build_rows<R: Real>(
+    model: &CharacterModel,
+    kinematics: &[LinkKinematics<R>],
+    root_position: Vec3<R>,
+    settings: &ContactSettings,
+    friction_scale: R,
+    grip_anchors: &[Option<DVec3>],
+    warm_points: &[Vec3<R>],
+    warm_grips: &[Vec3<R>],
+    h: f64,
+    scratch: &mut ContactScratch<R>,
+) {
+    let (zero, one) = (R::zero(), R::one());
+    let inverse_h = R::splat(1.0 / h);
+    let ContactScratch { probes, blades, candidates, groups, mobility, .. } = scratch;
+    for group in groups.iter() {
+        let own = mobility.own(group.link);
+        let k = &kinematics[group.link];
+        for c in &mut candidates[group.start..group.end] {
+            let warm;
+            if c.is_grip {
+                c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
+                let anchor = Vec3::splat(grip_anchors[c.source].unwrap_or(DVec3::ZERO));
+                let pull = (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
+                c.aims = [pull.x, pull.y, pull.z];
+                warm = warm_grips[c.source];
+            } else {
+                let probe = &probes[c.source];
+                let n = probe.hit.normal;
+                let point = &model.contact_points[c.source];
+                let (mut t, mut s) = tangents(n);
+                c.bite = R::splat(1e9);
+                if let crate::model::ContactKind::BladeToe(b) | crate::model::ContactKind::BladeHeel(b) = point.kind
+                    && let Some(blade) = &blades[b]
+                {
+                    let spec = &model.blades[b];
+                    let half = model.contact_points[spec.toe].position - model.contact_points[spec.heel].position;
+                    let x = half.length() * if c.source == spec.toe { 0.5 } else { -0.5 };
+                    let (along, across) = blade.edge_frame(R::splat(x));
+                    t = Vec3::select(c.blade, along, t);
+                    s = Vec3::select(c.blade, across, s);
+                    c.bite = R::splat(spec.bite.unwrap_or(1e9));
+                }
+                c.directions = [n, t, s];
+                c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
+                // Apart: it may close the gap within the step. Inside: it is pushed out gently.
+                let outward = (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
+                let outward = outward.min(R::splat(settings.correction_speed));
+                let apart = zero.lt(probe.gap);
+                let carried = probe.hit.velocity;
+                c.aims = [
+                    carried.dot(n) + R::select(apart, -(probe.gap * inverse_h), outward),
+                    carried.dot(t),
+                    carried.dot(s),
+                ];
+                warm = warm_points[c.source];
+            }
+            let (angular, linear) = force_response(own, c.arm);
+            for r in 0..3 {
+                let d = c.directions[r];
+                c.moments[r] = c.arm.cross(d);
+                c.responses[r] = Motion { angular: angular.mul_vec(d), linear: linear.mul_vec(d) };
+            }
+            let entry = |r: usize, s: usize| {
+                c.moments[r].dot(c.responses[s].angular) + c.directions[r].dot(c.responses[s].linear)
+            };
+            c.coupling = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
+            for r in 0..3 {
+                // Never negative in exact arithmetic; the floor keeps rounding out of the reciprocal.
+                let safe = c.coupling[r].max(R::splat(1e-9));
+                c.effective_mass[r] = (one / safe).masked(c.active);
+            }
+            // Warm start: the last impulse, on today's directions.
+            let warm = warm.masked(c.active);
+            c.impulses = [warm.dot(c.directions[0]), warm.dot(c.directions[1]), warm.dot(c.directions[2])];
+            if !c.is_grip {
+                c.impulses[0] = c.impulses[0].max(zero);
+                let limit = c.friction * c.impulses[0];
+                c.impulses[1] = c.impulses[1].clamp(-limit, limit);
+                let side = R::select(c.blade, c.bite * c.impulses[0], limit);
+                c.impulses[2] = c.impulses[2].clamp(-side, side);
+            }
+        }
+    }
+}

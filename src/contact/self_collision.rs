@@ -1,0 +1,137 @@
+//! Self-collision: links that are not neighbours push each other apart.
+//!
+//! Each link is represented by one capsule. A pair that overlaps is pushed apart by a spring and a damper along the line
+//! of the closest points, an equal and opposite force at one and the same point, so momentum is untouched.
+
+use crate::dynamics::LinkKinematics;
+use crate::math::{Force, Real, Vec3};
+use crate::model::{CharacterModel, Shape};
+use glam::DVec3;
+
+/// A link's stand-in for self-collision, link frame, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollisionCapsule {
+    /// One end of the segment.
+    pub a: DVec3,
+    /// The other end.
+    pub b: DVec3,
+    /// Radius.
+    pub radius: f64,
+}
+
+/// Tuning of self-collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelfCollisionSettings {
+    /// Spring of a pair, N/m. 20 kN/m stops a 3 kg leg at 2 m/s within 2.5 cm.
+    pub stiffness: f64,
+    /// Damper of a pair, N s/m, only while approaching.
+    pub damping: f64,
+    /// Overlap from which on the force no longer grows, m.
+    pub depth_limit: f64,
+}
+
+impl Default for SelfCollisionSettings {
+    fn default() -> Self {
+        Self { stiffness: 20_000.0, damping: 60.0, depth_limit: 0.03 }
+    }
+}
+
+impl CollisionCapsule {
+    /// The capsule along the longest extent of the link's largest shape; `None` for a link without shapes.
+    pub fn of(shapes: &[Shape]) -> Option<Self> {
+        let volume = |s: &Shape| match s {
+            Shape::Box { half_extents, .. } => half_extents.x * half_extents.y * half_extents.z,
+            Shape::Capsule { a, b, radius } => radius * radius * (a.distance(*b) + radius),
+            Shape::Sphere { radius, .. } => radius * radius * radius,
+        };
+        let shape = shapes.iter().max_by(|a, b| volume(a).total_cmp(&volume(b)))?;
+        Some(match *shape {
+            Shape::Capsule { a, b, radius } => Self { a, b, radius },
+            Shape::Sphere { center, radius } => Self { a: center, b: center, radius },
+            Shape::Box { center, half_extents, rotation } => {
+                let e = half_extents.to_array();
+                let long = (0..3).max_by(|&i, &j| e[i].total_cmp(&e[j])).unwrap_or(0);
+                let others = [e[(long + 1) % 3], e[(long + 2) % 3]];
+                let radius = 0.5 * (others[0] + others[1]);
+                let mut half = [0.0; 3];
+                half[long] = (e[long] - radius).max(0.0);
+                let half = rotation * DVec3::from_array(half);
+                Self { a: center - half, b: center + half, radius }
+            }
+        })
+    }
+
+    /// The capsules of all links.
+    pub fn all(model: &CharacterModel) -> Vec<Option<Self>> {
+        model.links.iter().map(|l| Self::of(&l.shapes)).collect()
+    }
+}
+
+/// Closest points of two segments given by start and direction: the parameters on both, in [0, 1].
+///
+/// Ericson 2005, "Real-Time Collision Detection", Section 5.1.9, without branches.
+#[inline(always)]
+fn closest<R: Real>(p: Vec3<R>, d1: Vec3<R>, q: Vec3<R>, d2: Vec3<R>) -> (R, R) {
+    let (zero, one, tiny) = (R::zero(), R::one(), R::splat(1e-9));
+    let r = p - q;
+    let (a, e) = (d1.length_squared().max(tiny), d2.length_squared().max(tiny));
+    let (b, c, f) = (d1.dot(d2), d1.dot(r), d2.dot(r));
+    // Parallel segments (denominator near zero) start from the first end.
+    let denominator = a * e - b * b;
+    let parallel = denominator.lt(tiny * a * e);
+    let s = R::select(parallel, zero, (b * f - c * e) / denominator.max(tiny)).clamp(zero, one);
+    let t = ((b * s + f) / e).clamp(zero, one);
+    let s = ((b * t - c) / a).clamp(zero, one);
+    (s, t)
+}
+
+/// Adds the forces of all overlapping pairs to `wrenches` (about the link origins, world axes). Returns true if any
+/// pair overlaps in any lane.
+#[inline]
+pub fn self_collision_forces<R: Real>(
+    model: &CharacterModel,
+    capsules: &[Option<CollisionCapsule>],
+    kinematics: &[LinkKinematics<R>],
+    settings: &SelfCollisionSettings,
+    wrenches: &mut [Force<R>],
+) -> bool {
+    let zero = R::zero();
+    let mut touched = false;
+    for &(i, j) in &model.collision_pairs {
+        let (Some(ci), Some(cj)) = (&capsules[i], &capsules[j]) else { continue };
+        let (ki, kj) = (&kinematics[i], &kinematics[j]);
+        // Bounding balls first.
+        let mid_i = ki.rotation.mul_vec(Vec3::splat((ci.a + ci.b) * 0.5)) + ki.origin;
+        let mid_j = kj.rotation.mul_vec(Vec3::splat((cj.a + cj.b) * 0.5)) + kj.origin;
+        let reach = 0.5 * (ci.a.distance(ci.b) + cj.a.distance(cj.b)) + ci.radius + cj.radius;
+        if !R::any((mid_i - mid_j).length_squared().lt(R::splat(reach * reach))) {
+            continue;
+        }
+        let di = ki.rotation.mul_vec(Vec3::splat(ci.b - ci.a));
+        let dj = kj.rotation.mul_vec(Vec3::splat(cj.b - cj.a));
+        let half = R::splat(0.5);
+        let (pi, pj) = (mid_i - di * half, mid_j - dj * half);
+        let (s, t) = closest(pi, di, pj, dj);
+        let (on_i, on_j) = (pi + di * s, pj + dj * t);
+        let between = on_i - on_j;
+        let distance = between.length();
+        let depth = R::splat(ci.radius + cj.radius) - distance;
+        // Crossing axes have no direction to part in.
+        let overlapping = zero.lt(depth) & R::splat(1e-6).lt(distance);
+        if !R::any(overlapping) {
+            continue;
+        }
+        touched = true;
+        let n = between * R::select(overlapping, distance, R::one()).recip();
+        // The force acts half way into the overlap, at one point for both.
+        let point = on_j + n * (R::splat(cj.radius) - depth * half);
+        let velocity = ki.velocity.at(point - ki.origin) - kj.velocity.at(point - kj.origin);
+        let closing = (-velocity.dot(n)).max(zero);
+        let depth = depth.min(R::splat(settings.depth_limit));
+        let push = R::splat(settings.stiffness) * depth + R::splat(settings.damping) * closing;
+        let force = (n * push).masked(overlapping);
+        wrenches[i] += Force::at(point - ki.origin, force);
+        wrenches[j] += Force::at(point - kj.origin, -force);
+    }
+    touched
+}

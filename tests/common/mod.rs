@@ -1,0 +1,119 @@
+//! Scenes and states shared by the tests.
+#![allow(dead_code)]
+
+use bevy_athlete::dynamics::{LinkConstants, LinkKinematics, State, update_positions, update_velocities};
+use bevy_athlete::math::{RandomStream, Real, Vec3};
+use bevy_athlete::model::{CharacterModel, Gains, JointKind, Link};
+use glam::{DMat3, DQuat, DVec3};
+
+/// A vector with components evenly distributed in [-size, size).
+pub fn random_vector(random: &mut RandomStream, size: f64) -> DVec3 {
+    DVec3::new(random.range(-size, size), random.range(-size, size), random.range(-size, size))
+}
+
+/// A rotation by up to `angle` radians about a random axis.
+pub fn random_rotation(random: &mut RandomStream, angle: f64) -> DQuat {
+    let axis = DVec3::new(random.normal(), random.normal(), random.normal()).normalize();
+    DQuat::from_axis_angle(axis, random.range(-angle, angle))
+}
+
+/// A random state: any root pose, joints up to `angle` rad from zero, speeds up to `speed` m/s and rad/s.
+pub fn random_state<R: Real>(model: &CharacterModel, random: &mut RandomStream, angle: f64, speed: f64) -> State<R> {
+    let mut state = State::at_rest(model);
+    for lane in 0..R::LANES {
+        let joints: Vec<DQuat> = model
+            .links
+            .iter()
+            .map(|l| match l.joint {
+                JointKind::Hinge { axis } => DQuat::from_axis_angle(axis, random.range(-angle, angle)),
+                _ => random_rotation(random, angle),
+            })
+            .collect();
+        let velocities: Vec<DVec3> = model
+            .links
+            .iter()
+            .map(|l| match l.joint {
+                JointKind::Hinge { axis } => axis * random.range(-speed, speed),
+                _ => random_vector(random, speed),
+            })
+            .collect();
+        let position = random_vector(random, 2.0);
+        let rotation = random_rotation(random, 3.1);
+        state.set_pose(lane, position, rotation, &joints);
+        let (linear, angular) = (random_vector(random, speed), random_vector(random, speed));
+        state.set_velocity(lane, linear, angular, &velocities);
+    }
+    state
+}
+
+/// Constants and kinematics of a state.
+pub fn kinematics_of<R: Real>(
+    model: &CharacterModel,
+    state: &State<R>,
+) -> (Vec<LinkConstants<R>>, Vec<LinkKinematics<R>>) {
+    let constants = LinkConstants::of(model);
+    let mut links = vec![LinkKinematics::default(); model.links.len()];
+    update_positions(&constants, state, &mut links);
+    update_velocities(&constants, state, &mut links);
+    (constants, links)
+}
+
+/// A random tree of links with ball joints and some hinges.
+pub fn random_tree(seed: u64, links: usize) -> CharacterModel {
+    let mut random = RandomStream::new(seed, 1);
+    let mut list: Vec<Link> = Vec::new();
+    let mut path: Vec<usize> = Vec::new();
+    for i in 0..links {
+        // Depth-first: the parent is somewhere on the path to the last link.
+        if i > 0 {
+            let keep = 1 + random.below(path.len());
+            path.truncate(keep);
+        }
+        let parent = path.last().copied();
+        path.push(i);
+        let r = DMat3::from_quat(random_rotation(&mut random, 3.0));
+        let (a, b) = (random.range(0.01, 0.1), random.range(0.01, 0.1));
+        let c = random.range((a - b).abs() + 1e-3, a + b);
+        list.push(Link {
+            name: format!("link{i}"),
+            parent,
+            joint: match parent {
+                None => JointKind::Free,
+                Some(_) if random.uniform() < 0.25 => {
+                    JointKind::Hinge { axis: random_vector(&mut random, 1.0).normalize() }
+                }
+                Some(_) => JointKind::Ball,
+            },
+            offset: if i == 0 { DVec3::ZERO } else { random_vector(&mut random, 0.4) },
+            mass: random.range(0.3, 8.0),
+            com: random_vector(&mut random, 0.2),
+            inertia: r * DMat3::from_diagonal(DVec3::new(a, b, c)) * r.transpose(),
+            gains: Gains { kp: 600.0, kd: 49.0 },
+            max_torque: f64::INFINITY,
+            limits: None,
+            shapes: Vec::new(),
+        });
+    }
+    CharacterModel {
+        name: "random tree".into(),
+        step_rate: 1200.0,
+        links: list,
+        contact_points: Vec::new(),
+        blades: Vec::new(),
+        grips: Vec::new(),
+        collision_pairs: Vec::new(),
+    }
+}
+
+/// Random joint vectors in child axes, along the axis for hinges; entry 0 zero.
+pub fn random_joint_vectors(model: &CharacterModel, random: &mut RandomStream, size: f64) -> Vec<Vec3<f64>> {
+    model
+        .links
+        .iter()
+        .map(|l| match l.joint {
+            JointKind::Free => Vec3::zero(),
+            JointKind::Hinge { axis } => Vec3::splat(axis * random.range(-size, size)),
+            JointKind::Ball => Vec3::splat(random_vector(random, size)),
+        })
+        .collect()
+}
