@@ -6,6 +6,7 @@ pub mod dynamics;
 pub mod math;
 pub mod model;
 pub mod sim;
+#[cfg(feature = "storyboard")]
+pub mod storyboard;
 #[cfg(feature = "train")]
 pub mod train;
-

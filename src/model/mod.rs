@@ -3,6 +3,7 @@
 mod build;
 mod character_model;
 mod mass;
+mod mjcf;
 mod model_clip;
 mod overlap;
 mod presets;
@@ -13,6 +14,7 @@ pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
 };
+pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
 pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};
 pub use retarget::{ImportError, import_bvh};
