@@ -117,3 +117,56 @@ pub fn random_joint_vectors(model: &CharacterModel, random: &mut RandomStream, s
         })
         .collect()
 }
+
+/// Sets the rotation of named links from rotation vectors in degrees; other joints stay at zero.
+pub fn pose(model: &CharacterModel, bends: &[(&str, [f64; 3])]) -> Vec<DQuat> {
+    let mut joints = vec![DQuat::IDENTITY; model.links.len()];
+    for (name, degrees) in bends {
+        let link = model.link_index(name).unwrap_or_else(|| panic!("{} has no link {name}", model.name));
+        joints[link] = DQuat::from_scaled_axis(DVec3::from_array(degrees.map(f64::to_radians)));
+    }
+    joints
+}
+
+/// The skater with arms and a leg out.
+pub fn open_pose(model: &CharacterModel) -> Vec<DQuat> {
+    pose(
+        model,
+        &[
+            ("bicep_left", [0.0, 0.0, -85.0]),
+            ("bicep_right", [0.0, 0.0, 85.0]),
+            ("thigh_left", [5.0, 0.0, -25.0]),
+            ("thigh_right", [5.0, 0.0, 25.0]),
+            ("shin_left", [-10.0, 0.0, 0.0]),
+            ("shin_right", [-10.0, 0.0, 0.0]),
+        ],
+    )
+}
+
+/// The skater with arms down at its sides and legs together.
+pub fn closed_pose(model: &CharacterModel) -> Vec<DQuat> {
+    pose(
+        model,
+        &[
+            ("bicep_left", [0.0, 0.0, 6.0]),
+            ("bicep_right", [0.0, 0.0, -6.0]),
+            ("forearm_left", [15.0, 0.0, 6.0]),
+            ("forearm_right", [15.0, 0.0, -6.0]),
+            ("thigh_left", [0.0, 0.0, 6.0]),
+            ("thigh_right", [0.0, 0.0, -6.0]),
+        ],
+    )
+}
+
+/// The skater with legs that want to pass through each other and arms that want into the trunk.
+pub fn tangled_pose(model: &CharacterModel) -> Vec<DQuat> {
+    pose(
+        model,
+        &[
+            ("bicep_left", [0.0, 0.0, 40.0]),
+            ("bicep_right", [0.0, 0.0, -40.0]),
+            ("thigh_left", [0.0, 0.0, 30.0]),
+            ("thigh_right", [0.0, 0.0, -30.0]),
+        ],
+    )
+}
