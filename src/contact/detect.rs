@@ -162,7 +162,7 @@ pub fn detect_contacts<R: Real>(
         let k = &kinematics[*link];
         let origin = root_position + k.origin;
         // The link's ball first: most links are in the air most of the time.
-        let ball = terrain.query(origin).distance - R::splat(*radius);
+        let ball = terrain.clearance(origin) - R::splat(*radius);
         if !R::any(ball.lt(margin)) {
             for &p in &order[range.clone()] {
                 probes[p].gap = far;
