@@ -143,6 +143,8 @@ pub struct Reconstruction {
     pub control: ReconstructedControl,
     /// Measured by playing it from its start in scalar f64.
     pub report: ReconstructionReport,
+    /// Fingerprint of the state in which the search's own best sample ended; a replay in scalar f64 ends in the same.
+    pub end_fingerprint: u64,
 }
 
 /// A kept state after a window.
@@ -427,7 +429,8 @@ pub fn reconstruct(
     };
     let mut report = assess(&control, model, world, settings)?;
     report.backtracks = backtracks;
-    Ok(Reconstruction { control, report })
+    let end_fingerprint = history[history.len() - 1][0].state.fingerprint(0);
+    Ok(Reconstruction { control, report, end_fingerprint })
 }
 
 /// Plays a control in scalar f64 and measures it.
