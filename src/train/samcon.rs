@@ -53,7 +53,7 @@ impl Default for ReconstructOptions {
     fn default() -> Self {
         Self {
             samples: 2048,
-            keep: 128,
+            keep: 512,
             deviation: 0.30,
             persistence: 0.7,
             tick_rate: 100.0,
