@@ -60,10 +60,7 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
     let sign = R::select(n.y.lt(R::zero()), -one, one);
     let a = -(sign + n.y).recip();
     let b = n.z * n.x * a;
-    (
-        Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a),
-        Vec3::new(sign + n.x * n.x * a, -n.x, b),
-    )
+    (Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a), Vec3::new(sign + n.x * n.x * a, -n.x, b))
 }
 
 /// Fills the rows of every candidate. `h` is the step, s.
@@ -91,7 +88,8 @@ pub fn build_rows<R: Real>(
             if c.is_grip {
                 c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
                 let anchor = Vec3::splat(grip_anchors[c.source].unwrap_or(DVec3::ZERO));
-                let pull = (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
+                let pull =
+                    (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
                 c.aims = [pull.x, pull.y, pull.z];
                 warm = warm_grips[c.source];
             } else {
@@ -114,7 +112,8 @@ pub fn build_rows<R: Real>(
                 c.directions = [n, t, s];
                 c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
                 // Apart: it may close the gap within the step. Inside: it is pushed out gently.
-                let outward = (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
+                let outward =
+                    (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
                 let outward = outward.min(R::splat(settings.correction_speed));
                 let apart = zero.lt(probe.gap);
                 let carried = probe.hit.velocity;

@@ -49,10 +49,8 @@ impl<R: Real> ArticulatedLink<R> {
     /// the joint adds; world axes.
     #[inline(always)]
     pub fn accelerate(&self, from_parent: Vec3<R>, parent: &Motion<R>) -> (Motion<R>, Vec3<R>) {
-        let arriving = Motion {
-            angular: parent.angular + self.drift.angular,
-            linear: parent.at(from_parent) + self.drift.linear,
-        };
+        let arriving =
+            Motion { angular: parent.angular + self.drift.angular, linear: parent.at(from_parent) + self.drift.linear };
         let angular = self.joint_mobility.mul_vec(self.drive) + self.e.mul_vec(arriving.angular)
             - self.k.mul_vec(arriving.linear);
         (Motion { angular, linear: arriving.linear }, angular - arriving.angular)
@@ -82,15 +80,12 @@ pub fn articulated_inertias<R: Real>(
         let angular = k.inertia_com + Sym3::parallel_axis(c.mass, k.com);
         let omega = k.velocity.angular;
         let link = &mut links[i];
-        link.bias = Force {
-            moment: omega.cross(angular.mul_vec(omega)),
-            force: omega.cross(omega.cross(first_moment)),
-        };
+        link.bias =
+            Force { moment: omega.cross(angular.mul_vec(omega)), force: omega.cross(omega.cross(first_moment)) };
         if !external.is_empty() {
             link.bias = link.bias - external[i];
         }
-        link.inertia =
-            Inertia { angular, coupling: Mat3::skew(first_moment), linear: Sym3::diagonal(c.mass) };
+        link.inertia = Inertia { angular, coupling: Mat3::skew(first_moment), linear: Sym3::diagonal(c.mass) };
     }
 
     for i in (1..constants.len()).rev() {
@@ -99,10 +94,8 @@ pub fn articulated_inertias<R: Real>(
         let servo = &servos[i];
         let d = k.from_parent;
         let parent_omega = kinematics[c.parent].velocity.angular;
-        let drift = Motion {
-            angular: parent_omega.cross(k.joint_velocity),
-            linear: parent_omega.cross(parent_omega.cross(d)),
-        };
+        let drift =
+            Motion { angular: parent_omega.cross(k.joint_velocity), linear: parent_omega.cross(parent_omega.cross(d)) };
 
         // What the joint lets through.
         let link = &mut links[i];
@@ -116,14 +109,8 @@ pub fn articulated_inertias<R: Real>(
             let (ju, hu) = (j.mul_vec(s), h.tr_mul_vec(s));
             let inverse = (s.dot(ju) + e).recip();
             let si = s * inverse;
-            link.joint_mobility = Sym3 {
-                xx: si.x * s.x,
-                yy: si.y * s.y,
-                zz: si.z * s.z,
-                xy: si.x * s.y,
-                xz: si.x * s.z,
-                yz: si.y * s.z,
-            };
+            link.joint_mobility =
+                Sym3 { xx: si.x * s.x, yy: si.y * s.y, zz: si.z * s.z, xy: si.x * s.y, xz: si.x * s.z, yz: si.y * s.z };
             link.k = Mat3::from_columns(si * hu.x, si * hu.y, si * hu.z);
             link.e = Mat3::identity() - Mat3::from_columns(si * ju.x, si * ju.y, si * ju.z);
             let (jui, hui) = (ju * inverse, hu * inverse);
@@ -155,11 +142,7 @@ pub fn articulated_inertias<R: Real>(
         let shifted = Force { moment: na + d.cross(fa), force: fa };
         // With a = a_parent - d x alpha:  H' = Ha + [d] Ma,  J' = Ja - Ha [d] + [d] H'^T.
         let coupling = ha + Mat3::cross_columns(d, &ma.to_mat3());
-        let minus_ha_d = Mat3::from_columns(
-            ha.z * d.y - ha.y * d.z,
-            ha.x * d.z - ha.z * d.x,
-            ha.y * d.x - ha.x * d.y,
-        );
+        let minus_ha_d = Mat3::from_columns(ha.z * d.y - ha.y * d.z, ha.x * d.z - ha.z * d.x, ha.y * d.x - ha.x * d.y);
         let d_ht = Mat3::cross_columns(d, &coupling.transpose());
         let angular = ja + Sym3::from_upper(&minus_ha_d) + Sym3::from_upper(&d_ht);
 

@@ -32,12 +32,7 @@ pub fn forward_accelerations<R: Real>(
 
 /// Semi-implicit Euler: new velocities, then new positions with them. `h` in seconds.
 #[inline]
-pub fn integrate<R: Real>(
-    root_acceleration: &Motion<R>,
-    joint_accelerations: &[Vec3<R>],
-    h: R,
-    state: &mut State<R>,
-) {
+pub fn integrate<R: Real>(root_acceleration: &Motion<R>, joint_accelerations: &[Vec3<R>], h: R, state: &mut State<R>) {
     state.root_velocity = root_acceleration.mul_add(h, &state.root_velocity);
     state.root_position = state.root_velocity.linear.mul_add(h, state.root_position);
     let turn = Quat::from_small_rotation_vector(state.root_velocity.angular * h);
@@ -57,23 +52,12 @@ pub fn contact_free_accelerations<R: Real>(
     torques: &[Vec3<R>],
     gravity: Vec3<R>,
 ) -> (Motion<R>, Vec<Vec3<R>>) {
-    let servos: Vec<_> = torques
-        .iter()
-        .map(|t| crate::dynamics::ServoOutput { torque: *t, implicit: R::zero() })
-        .collect();
+    let servos: Vec<_> =
+        torques.iter().map(|t| crate::dynamics::ServoOutput { torque: *t, implicit: R::zero() }).collect();
     let mut articulated = vec![ArticulatedLink::default(); constants.len()];
-    let mobility =
-        crate::dynamics::articulated_inertias(constants, kinematics, &servos, &[], &mut articulated);
+    let mobility = crate::dynamics::articulated_inertias(constants, kinematics, &servos, &[], &mut articulated);
     let mut accelerations = vec![Motion::zero(); constants.len()];
     let mut joints = vec![Vec3::zero(); constants.len()];
-    forward_accelerations(
-        constants,
-        kinematics,
-        &articulated,
-        &mobility,
-        gravity,
-        &mut accelerations,
-        &mut joints,
-    );
+    forward_accelerations(constants, kinematics, &articulated, &mobility, gravity, &mut accelerations, &mut joints);
     (accelerations[0], joints)
 }

@@ -58,9 +58,6 @@ pub fn update_twists<R: Real>(constants: &[LinkConstants<R>], root: Motion<R>, l
     for i in 1..constants.len() {
         let parent = links[constants[i].parent].velocity;
         let link = &mut links[i];
-        link.velocity = Motion {
-            angular: parent.angular + link.joint_velocity,
-            linear: parent.at(link.from_parent),
-        };
+        link.velocity = Motion { angular: parent.angular + link.joint_velocity, linear: parent.at(link.from_parent) };
     }
 }

@@ -244,14 +244,7 @@ impl<R: Real> Sym3<R> {
     /// Every entry times `s`.
     #[inline(always)]
     pub fn scale(&self, s: R) -> Self {
-        Self {
-            xx: self.xx * s,
-            yy: self.yy * s,
-            zz: self.zz * s,
-            xy: self.xy * s,
-            xz: self.xz * s,
-            yz: self.yz * s,
-        }
+        Self { xx: self.xx * s, yy: self.yy * s, zz: self.zz * s, xy: self.xy * s, xz: self.xz * s, yz: self.yz * s }
     }
     /// `self + s 1`.
     #[inline(always)]

@@ -166,11 +166,6 @@ impl<R: Real> Mobility<R> {
     /// Transposed block.
     #[inline(always)]
     pub fn transpose(&self) -> Self {
-        Self {
-            aa: self.aa.transpose(),
-            al: self.la.transpose(),
-            la: self.al.transpose(),
-            ll: self.ll.transpose(),
-        }
+        Self { aa: self.aa.transpose(), al: self.la.transpose(), la: self.al.transpose(), ll: self.ll.transpose() }
     }
 }

@@ -6,8 +6,8 @@ use crate::contact::{
 };
 use crate::dynamics::{
     ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
-    articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals,
-    update_positions, update_twists, update_velocities,
+    articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals, update_positions,
+    update_twists, update_velocities,
 };
 use crate::math::{Force, Mobility, Motion, Quat, Real, Vec3};
 use crate::model::SharedModel;
@@ -253,8 +253,7 @@ impl<R: Real> Simulator<R> {
 
     pub(super) fn run_servos(&mut self) {
         for i in 1..self.constants.len() {
-            self.servos[i] =
-                servo(&self.constants[i], &self.state, i, &self.commands[i], self.settings.limits, self.h);
+            self.servos[i] = servo(&self.constants[i], &self.state, i, &self.commands[i], self.settings.limits, self.h);
         }
     }
 
@@ -347,8 +346,7 @@ impl<R: Real> Simulator<R> {
             self.accelerations[i] = acceleration;
             let joint_velocity = relative.mul_add(h, k.joint_velocity);
             let parent = self.predicted[parent];
-            self.predicted[i] =
-                Motion { angular: parent.angular + joint_velocity, linear: parent.at(k.from_parent) };
+            self.predicted[i] = Motion { angular: parent.angular + joint_velocity, linear: parent.at(k.from_parent) };
         }
         for group in &mut self.contact.groups {
             group.velocity = self.predicted[group.link];
