@@ -3,8 +3,9 @@
 use crate::dynamics::{ArticulatedLink, JointState, LinkConstants, LinkKinematics, State};
 use crate::math::{Mobility, Motion, Quat, Real, Vec3};
 
-/// Accelerations of every link: angular and of the link origin, world axes, gravity included; and of every joint
-/// (child axes), written to `joint_accelerations`.
+/// Accelerations of every link: angular and of the link origin, world axes, in a freely falling frame and counted from
+/// the coasting body (see [`articulated_inertias`](crate::dynamics::articulated_inertias)); and of every joint (child
+/// axes), written to `joint_accelerations`. Returns the acceleration of the root, gravity included.
 ///
 /// `gravity` is the acceleration of free fall, world axes, m/s^2.
 #[inline]
@@ -16,18 +17,17 @@ pub fn forward_accelerations<R: Real>(
     gravity: Vec3<R>,
     accelerations: &mut [Motion<R>],
     joint_accelerations: &mut [Vec3<R>],
-) {
-    // The accelerations are measured in a frame that falls freely, so gravity needs no force.
-    accelerations[0] = -root_mobility.mul_force(&articulated[0].bias);
+) -> Motion<R> {
+    // The root of the coasting body falls freely, so gravity needs no force.
+    let root = -root_mobility.mul_force(&articulated[0].bias);
+    accelerations[0] = root;
     for i in 1..constants.len() {
         let k = &kinematics[i];
         let (acceleration, relative) = articulated[i].accelerate(k.from_parent, &accelerations[constants[i].parent]);
         accelerations[i] = acceleration;
         joint_accelerations[i] = k.rotation.tr_mul_vec(relative);
     }
-    for a in accelerations.iter_mut() {
-        a.linear += gravity;
-    }
+    Motion { angular: root.angular, linear: root.linear + gravity }
 }
 
 /// Semi-implicit Euler: new velocities, then new positions with them. `h` in seconds.
@@ -58,6 +58,7 @@ pub fn contact_free_accelerations<R: Real>(
     let mobility = crate::dynamics::articulated_inertias(constants, kinematics, &servos, &[], &mut articulated);
     let mut accelerations = vec![Motion::zero(); constants.len()];
     let mut joints = vec![Vec3::zero(); constants.len()];
-    forward_accelerations(constants, kinematics, &articulated, &mobility, gravity, &mut accelerations, &mut joints);
-    (accelerations[0], joints)
+    let root =
+        forward_accelerations(constants, kinematics, &articulated, &mobility, gravity, &mut accelerations, &mut joints);
+    (root, joints)
 }

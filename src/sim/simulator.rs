@@ -84,6 +84,7 @@ pub struct Simulator<R: Real> {
     pub(crate) contact: ContactScratch<R>,
     pub(crate) contact_root_position: Vec3<R>,
     accelerations: Vec<Motion<R>>,
+    root_acceleration: Motion<R>,
     predicted: Vec<Motion<R>>,
     joint_accelerations: Vec<Vec3<R>>,
 }
@@ -125,6 +126,7 @@ impl<R: Real> Simulator<R> {
             contact: ContactScratch::new(&model),
             contact_root_position: Vec3::zero(),
             accelerations: vec![Motion::zero(); n],
+            root_acceleration: Motion::zero(),
             predicted: vec![Motion::zero(); n],
             joint_accelerations: vec![Vec3::zero(); n],
             model,
@@ -375,7 +377,7 @@ impl<R: Real> Simulator<R> {
         for &i in self.contact.mobility.support()[1..].iter().rev() {
             let wrench = self.wrenches[i];
             let link = &mut self.articulated[i];
-            link.drive += wrench.moment;
+            link.drive = link.joint_mobility.mul_vec_add(wrench.moment, link.drive);
             let passed = link.pass_up(self.kinematics[i].from_parent, &wrench);
             self.wrenches[self.constants[i].parent] += passed;
         }
@@ -383,7 +385,7 @@ impl<R: Real> Simulator<R> {
     }
 
     pub(super) fn accelerate(&mut self) {
-        forward_accelerations(
+        self.root_acceleration = forward_accelerations(
             &self.constants,
             &self.kinematics,
             &self.articulated,
@@ -395,7 +397,7 @@ impl<R: Real> Simulator<R> {
     }
 
     pub(super) fn integrate(&mut self) {
-        integrate(&self.accelerations[0], &self.joint_accelerations, self.h, &mut self.state);
+        integrate(&self.root_acceleration, &self.joint_accelerations, self.h, &mut self.state);
     }
 
     /// Makes the momentum of the new state equal to the old one plus what gravity, contacts and pushes gave.
