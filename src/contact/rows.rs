@@ -1,8 +1,8 @@
 //! The rows of the contact problem: directions, responses, aims.
 
-use crate::contact::ContactScratch;
+use crate::contact::{ContactScratch, OwnMobility};
 use crate::dynamics::LinkKinematics;
-use crate::math::{Mat3, Mobility, Motion, Real, Vec3};
+use crate::math::{Mat3, Motion, Real, Vec3};
 use crate::model::CharacterModel;
 use glam::DVec3;
 
@@ -40,16 +40,11 @@ impl Default for ContactSettings {
     }
 }
 
-/// `m * skew(r)`: the response to forces at `r`, from the response to moments.
-#[inline(always)]
-fn mul_skew<R: Real>(m: &Mat3<R>, r: Vec3<R>) -> Mat3<R> {
-    Mat3::from_columns(m.y * r.z - m.z * r.y, m.z * r.x - m.x * r.z, m.x * r.y - m.y * r.x)
-}
-
 /// Response of the link's motion to a force at `arm`: two 3 x 3 blocks (angular, linear).
 #[inline(always)]
-fn force_response<R: Real>(own: &Mobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
-    (own.al + mul_skew(&own.aa, arm), own.ll + mul_skew(&own.la, arm))
+fn force_response<R: Real>(own: &OwnMobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
+    let (aa, ll) = (own.aa.to_mat3(), own.ll.to_mat3());
+    (own.al.add_mul_skew(&aa, arm), ll.add_mul_skew(&own.al.transpose(), arm))
 }
 
 /// A tangent pair of a unit normal, without a branch. Duff et al. 2017, "Building an Orthonormal Basis, Revisited", with

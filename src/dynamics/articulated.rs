@@ -72,6 +72,26 @@ impl<R: Real> ArticulatedLink<R> {
             Transmission::Hinge(m) => m.mul_vec_add(v, c),
         }
     }
+    /// E as a matrix.
+    #[inline(always)]
+    pub fn transmission_matrix(&self) -> Mat3<R> {
+        match &self.transmission {
+            Transmission::Ball(e) => self.joint_mobility.scale(*e).to_mat3(),
+            Transmission::Hinge(m) => *m,
+        }
+    }
+    /// [`ArticulatedLink::pass_down`] as a matrix.
+    #[inline(always)]
+    pub fn pass_down_matrix(&self, from_parent: Vec3<R>) -> Mobility<R> {
+        // The parent's motion arrives as (omega, v - d x omega).
+        let shift = Mat3::skew(-from_parent);
+        Mobility {
+            aa: self.transmission_matrix().add_mul_skew(&self.k, from_parent),
+            al: Mat3::zero() - self.k,
+            la: shift,
+            ll: Mat3::identity(),
+        }
+    }
     /// The wrench that reaches the parent's origin from a wrench on this link (its transpose carries motion down).
     #[inline(always)]
     pub fn pass_up(&self, from_parent: Vec3<R>, w: &Force<R>) -> Force<R> {
@@ -121,7 +141,9 @@ fn coasting_wrenches<R: Real>(
     external: &[Force<R>],
     links: &mut [ArticulatedLink<R>],
 ) {
-    for (i, (c, k)) in constants.iter().zip(kinematics).enumerate() {
+    for at in 0..constants.len() {
+        let i = constants[at].breadth_first;
+        let (c, k) = (&constants[i], &kinematics[i]);
         let coasting = if i == 0 {
             Motion::zero()
         } else {
@@ -156,7 +178,8 @@ pub fn articulated_inertias<R: Real>(
     links: &mut [ArticulatedLink<R>],
 ) -> Mobility<R> {
     coasting_wrenches(constants, kinematics, external, links);
-    for i in (1..constants.len()).rev() {
+    for at in (1..constants.len()).rev() {
+        let i = constants[at].breadth_first;
         let (c, k, servo) = (&constants[i], &kinematics[i], &servos[i]);
         let (before, rest) = links.split_at_mut(i);
         let (parent, link) = (&mut before[c.parent], &mut rest[0]);

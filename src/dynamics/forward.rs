@@ -21,7 +21,8 @@ pub fn forward_accelerations<R: Real>(
     // The root of the coasting body falls freely, so gravity needs no force.
     let root = -root_mobility.mul_force(&articulated[0].bias);
     accelerations[0] = root;
-    for i in 1..constants.len() {
+    for at in 1..constants.len() {
+        let i = constants[at].breadth_first;
         let k = &kinematics[i];
         let (acceleration, relative) = articulated[i].accelerate(k.from_parent, &accelerations[constants[i].parent]);
         accelerations[i] = acceleration;

@@ -25,7 +25,9 @@ pub struct LinkKinematics<R> {
 /// Positions: rotations, origins, centres of mass and inertias of every link.
 #[inline]
 pub fn update_positions<R: Real>(constants: &[LinkConstants<R>], state: &State<R>, links: &mut [LinkKinematics<R>]) {
-    for (i, c) in constants.iter().enumerate() {
+    for at in 0..constants.len() {
+        let i = constants[at].breadth_first;
+        let c = &constants[i];
         let (rotation, origin, from_parent) = if i == 0 {
             (state.root_rotation.to_mat3(), Vec3::zero(), Vec3::zero())
         } else {

@@ -117,6 +117,24 @@ impl<R: Real> Mat3<R> {
         let m = m.to_mat3();
         Self::from_columns(a.cross_add(m.x, self.x), a.cross_add(m.y, self.y), a.cross_add(m.z, self.z))
     }
+    /// `self + m skew(a)`.
+    #[inline(always)]
+    pub fn add_mul_skew(&self, m: &Self, a: Vec3<R>) -> Self {
+        Self::from_columns(
+            m.z.neg_mul_add(a.y, m.y.mul_add(a.z, self.x)),
+            m.x.neg_mul_add(a.z, m.z.mul_add(a.x, self.y)),
+            m.y.neg_mul_add(a.x, m.x.mul_add(a.y, self.z)),
+        )
+    }
+    /// `self - a b`.
+    #[inline(always)]
+    pub fn sub_product(&self, a: &Self, b: &Self) -> Self {
+        Self::from_columns(
+            a.mul_vec_sub_from(b.x, self.x),
+            a.mul_vec_sub_from(b.y, self.y),
+            a.mul_vec_sub_from(b.z, self.z),
+        )
+    }
     /// Every entry times `s`.
     #[inline(always)]
     pub fn scale(&self, s: R) -> Self {
@@ -268,6 +286,33 @@ impl<R: Real> Sym3<R> {
             self.yz.mul_add(v.z, self.yy.mul_add(v.y, self.xy.mul_add(v.x, c.y))),
             self.zz.mul_add(v.z, self.yz.mul_add(v.y, self.xz.mul_add(v.x, c.z))),
         )
+    }
+    /// `self + a b`, for products known to be symmetric.
+    #[inline(always)]
+    pub fn add_product(&self, a: &Mat3<R>, b: &Mat3<R>) -> Self {
+        let entry = |c: R, r0: R, r1: R, r2: R, v: Vec3<R>| r2.mul_add(v.z, r1.mul_add(v.y, r0.mul_add(v.x, c)));
+        Self {
+            xx: entry(self.xx, a.x.x, a.y.x, a.z.x, b.x),
+            yy: entry(self.yy, a.x.y, a.y.y, a.z.y, b.y),
+            zz: entry(self.zz, a.x.z, a.y.z, a.z.z, b.z),
+            xy: entry(self.xy, a.x.x, a.y.x, a.z.x, b.y),
+            xz: entry(self.xz, a.x.x, a.y.x, a.z.x, b.z),
+            yz: entry(self.yz, a.x.y, a.y.y, a.z.y, b.z),
+        }
+    }
+    /// `self - a b`, where the sum of all such products is known to be symmetric.
+    #[inline(always)]
+    pub fn sub_product(&self, a: &Mat3<R>, b: &Mat3<R>) -> Self {
+        let entry =
+            |c: R, r0: R, r1: R, r2: R, v: Vec3<R>| r2.neg_mul_add(v.z, r1.neg_mul_add(v.y, r0.neg_mul_add(v.x, c)));
+        Self {
+            xx: entry(self.xx, a.x.x, a.y.x, a.z.x, b.x),
+            yy: entry(self.yy, a.x.y, a.y.y, a.z.y, b.y),
+            zz: entry(self.zz, a.x.z, a.y.z, a.z.z, b.z),
+            xy: entry(self.xy, a.x.x, a.y.x, a.z.x, b.y),
+            xz: entry(self.xz, a.x.x, a.y.x, a.z.x, b.z),
+            yz: entry(self.yz, a.x.y, a.y.y, a.z.y, b.z),
+        }
     }
     /// `self - a^T b`, for products known to be symmetric.
     #[inline(always)]
