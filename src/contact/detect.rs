@@ -169,7 +169,7 @@ pub fn detect_contacts<R: Real>(
         let k = &kinematics[*link];
         let origin = root_position + k.origin;
         // The link's ball first: most links are in the air most of the time.
-        let near = (terrain.query(origin).distance - R::splat(*radius)).lt(margin);
+        let near = (terrain.clearance(origin) - R::splat(*radius)).lt(margin);
         if !R::any(near) {
             for &p in &order[range.clone()] {
                 probes[p].gap = far;

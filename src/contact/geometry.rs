@@ -68,6 +68,15 @@ impl Geometry {
             Geometry::HeightField(field) => field.signed_distance(point),
         }
     }
+
+    /// A lower bound of the distance from `point` (world frame, m) to the surface where it lies outside.
+    #[inline]
+    pub fn clearance<R: Real>(&self, point: Vec3<R>) -> R {
+        match self {
+            Geometry::HeightField(field) => field.clearance(point),
+            _ => self.signed_distance(point).distance,
+        }
+    }
 }
 
 /// Outside: the distance to the nearest point of the box. Inside: the face that is least deep.

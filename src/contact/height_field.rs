@@ -12,6 +12,8 @@ pub struct HeightField {
     columns: usize,
     rows: usize,
     heights: Vec<f64>,
+    /// Cosine of an angle that no slope of the field exceeds.
+    steepest: f64,
 }
 
 /// Why a height field was refused.
@@ -59,7 +61,18 @@ impl HeightField {
         if let Some(value) = bad {
             return Err(HeightFieldError::Value { field: "height", value, valid: "a finite length in m" });
         }
-        Ok(Self { origin, spacing, columns, rows, heights })
+        // Bilinear slopes lie between those of the cells' edges.
+        let (mut along_x, mut along_z) = (0.0_f64, 0.0_f64);
+        for (k, height) in heights.iter().enumerate() {
+            if (k + 1) % columns != 0 {
+                along_x = along_x.max((heights[k + 1] - height).abs() / spacing);
+            }
+            if k + columns < heights.len() {
+                along_z = along_z.max((heights[k + columns] - height).abs() / spacing);
+            }
+        }
+        let steepest = 1.0 / (1.0 + along_x * along_x + along_z * along_z).sqrt();
+        Ok(Self { origin, spacing, columns, rows, heights, steepest })
     }
 
     /// Height and its slopes along x and z at one place.
@@ -97,6 +110,15 @@ impl HeightField {
             normal.set_lane(lane, n);
         }
         GeometryHit { distance, normal }
+    }
+
+    /// A lower bound of the distance to the field: no part of it is steeper than its steepest slope. The distance along
+    /// the local normal is none: above a level cell it knows nothing of the ramp beside it.
+    pub fn clearance<R: Real>(&self, point: Vec3<R>) -> R {
+        R::from_lanes(|lane| {
+            let p = point.lane(lane);
+            if p.is_finite() { (p.y - self.height(p.x, p.z)) * self.steepest } else { 1e9 }
+        })
     }
 
     /// Height of the ground at a place, m.

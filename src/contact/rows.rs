@@ -74,6 +74,8 @@ pub fn build_rows<R: Real>(
 ) {
     let (zero, one) = (R::zero(), R::one());
     let inverse_h = R::splat(1.0 / h);
+    // A turn by more than this in half a step is no carve.
+    let (half_step, most_turn) = (R::splat(0.5 * h), R::splat(0.1));
     let ContactScratch { probes, blades, candidates, groups, mobility, .. } = scratch;
     for group in groups.iter() {
         let own = mobility.own(group.link);
@@ -93,6 +95,7 @@ pub fn build_rows<R: Real>(
                 let point = &model.contact_points[c.source];
                 let (mut t, mut s) = tangents(n);
                 c.bite = R::splat(1e9);
+                let mut glide = zero;
                 if let crate::model::ContactKind::BladeToe(b) | crate::model::ContactKind::BladeHeel(b) = point.kind
                     && let Some(blade) = &blades[b]
                 {
@@ -100,8 +103,15 @@ pub fn build_rows<R: Real>(
                     let half = model.contact_points[spec.toe].position - model.contact_points[spec.heel].position;
                     let x = half.length() * if c.source == spec.toe { 0.5 } else { -0.5 };
                     let (along, across) = blade.edge_frame(R::splat(x));
-                    t = Vec3::select(c.blade, along, t);
-                    s = Vec3::select(c.blade, across, s);
+                    // The velocity turns by twice this angle in the step. A force across the blade as it will be would
+                    // be square to the velocity after the step only, and brake; square to the mean of the two it does
+                    // no work. The aim still brings the velocity onto the line.
+                    let speed = (group.velocity.at(c.arm) - probe.hit.velocity).dot(along);
+                    let turn = (speed * blade.curvature * half_step).clamp(-most_turn, most_turn);
+                    let scale = turn.mul_add(turn, one).sqrt().recip();
+                    t = Vec3::select(c.blade, (along - across * turn) * scale, t);
+                    s = Vec3::select(c.blade, (across + along * turn) * scale, s);
+                    glide = (speed * turn * scale).masked(c.blade);
                     c.bite = R::splat(spec.bite.unwrap_or(1e9));
                 }
                 c.directions = [n, t, s];
@@ -115,7 +125,7 @@ pub fn build_rows<R: Real>(
                 c.aims = [
                     carried.dot(n) + R::select(apart, -(probe.gap * inverse_h), outward),
                     carried.dot(t),
-                    carried.dot(s),
+                    carried.dot(s) + glide,
                 ];
                 warm = warm_points[c.source];
             }

@@ -68,6 +68,7 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
                 ut = nt.mul_add(dn, ut);
                 us = ns.mul_add(dn, us);
 
+                let us_alone = us;
                 let mut t = ut.neg_mul_add(c.effective_mass[1], t0);
                 let mut s;
                 if c.is_grip {
@@ -85,10 +86,15 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
                     let (mut t_disc, mut s_disc) = (t, s);
                     let beyond = (limit * limit).lt(t * t + s * s) & !c.blade;
                     if R::any(beyond) {
-                        let squared = (t * t + s * s).max(R::splat(1e-30));
-                        let scale = R::select(beyond, limit / squared.sqrt(), R::one());
-                        t_disc *= scale;
-                        s_disc *= scale;
+                        // It slides. One and the same step for both tangents, from where they were: at the fixed point
+                        // the friction is opposite to the sliding. (The values above know of a row's full free impulse,
+                        // which the disc will not grant.)
+                        let mass = c.effective_mass[1].min(c.effective_mass[2]);
+                        let (t_slide, s_slide) = (ut.neg_mul_add(mass, t0), us_alone.neg_mul_add(mass, s0));
+                        let squared = (t_slide * t_slide + s_slide * s_slide).max(R::splat(1e-30));
+                        let scale = (limit / squared.sqrt()).min(R::one());
+                        t_disc = R::select(beyond, t_slide * scale, t);
+                        s_disc = R::select(beyond, s_slide * scale, s);
                     }
                     t = R::select(c.blade, t_line, t_disc);
                     s = R::select(c.blade, s_edge, s_disc);

@@ -84,6 +84,13 @@ pub struct SurfaceHit<R: Real> {
 pub trait Terrain<R: Real> {
     /// The surface nearest to `point` (world frame, m).
     fn query(&self, point: Vec3<R>) -> SurfaceHit<R>;
+
+    /// A lower bound of the distance from `point` to anything, m: nothing within this distance of the point is inside a
+    /// surface. The links that it clears are not asked further. To be overridden where `query` may overstate.
+    #[inline]
+    fn clearance(&self, point: Vec3<R>) -> R {
+        self.query(point).distance
+    }
 }
 
 /// Solids, nearest first wins.
@@ -159,5 +166,11 @@ impl<R: Real> Terrain<R> for World {
             best.ice = (best.ice & !nearer) | ice;
         }
         best
+    }
+
+    #[inline]
+    fn clearance(&self, point: Vec3<R>) -> R {
+        let far = R::splat(1e9);
+        self.solids.iter().fold(far, |nearest, solid| solid.geometry.clearance(point).min(nearest))
     }
 }
