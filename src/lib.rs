@@ -1,9 +1,12 @@
 #![allow(missing_docs)]
 pub mod asset;
 pub mod contact;
+pub mod control;
 pub mod dynamics;
 pub mod math;
 pub mod model;
 pub mod sim;
 #[cfg(feature = "storyboard")]
 pub mod storyboard;
+#[cfg(feature = "train")]
+pub mod train;

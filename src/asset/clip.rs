@@ -242,7 +242,9 @@ impl MotionClip {
             let rotations = std::iter::once(("root rotation", &p.root_rotation));
             let rotations = rotations.chain(self.joints.iter().map(String::as_str).zip(&p.joints));
             for (place, q) in rotations {
-                if !((q.length_squared() - 1.0).abs() <= 2e-3) {
+                let off = (q.length_squared() - 1.0).abs();
+                // A NaN is not within the bound either.
+                if off.is_nan() || off > 2e-3 {
                     let (place, found) = (place.to_owned(), q.to_string());
                     return Err(ClipError::Value { clip: clip(), pose, place, found, expected: "a unit quaternion" });
                 }

@@ -51,6 +51,21 @@ impl MotionClip {
     /// Where the last pose differs from the first one (besides place and heading), the difference is spread over the
     /// last `blend` seconds of every cycle; with 0 it stays as a jump at the seam.
     pub fn repeated(&self, cycles: usize, blend: f64) -> Result<Self, ClipError> {
+        let turn = match (self.poses.first(), self.poses.last()) {
+            (Some(first), Some(last)) => twist(last.root_rotation * first.root_rotation.conjugate(), DVec3::Y),
+            _ => DQuat::IDENTITY,
+        };
+        self.repeated_with(cycles, blend, turn)
+    }
+
+    /// As [`MotionClip::repeated`], but every cycle keeps the heading of the first: for cycles that go straight on while
+    /// their last pose happens to look a little to one side, which would add up to a curve. The sideways look is
+    /// blended away like the rest of the difference.
+    pub fn repeated_straight(&self, cycles: usize, blend: f64) -> Result<Self, ClipError> {
+        self.repeated_with(cycles, blend, DQuat::IDENTITY)
+    }
+
+    fn repeated_with(&self, cycles: usize, blend: f64, turn: DQuat) -> Result<Self, ClipError> {
         self.check_option("number of cycles", cycles as f64, cycles > 0, "at least 1")?;
         self.check_option("seam blending", blend, blend >= 0.0 && blend.is_finite(), "0 s or more")?;
         let (Some(first), Some(last)) = (self.poses.first(), self.poses.last()) else {
@@ -66,7 +81,6 @@ impl MotionClip {
         }
 
         // One cycle on the ground: p -> turn * p + shift.
-        let turn = twist(last.root_rotation * first.root_rotation.conjugate(), DVec3::Y);
         let mut shift = last.root_position - turn * first.root_position;
         shift.y = 0.0;
 
@@ -79,6 +93,9 @@ impl MotionClip {
             for (k, pose) in cycle.iter_mut().enumerate() {
                 let left = self.duration() - k as f64 / self.frame_rate;
                 let x = (1.0 - left / span).clamp(0.0, 1.0);
+                if x == 0.0 {
+                    continue;
+                }
                 let weight = x * x * (3.0 - 2.0 * x);
                 pose.root_position.y += weight * height_gap;
                 pose.root_rotation = unit(slerp(DQuat::IDENTITY, root_gap, weight) * pose.root_rotation);
@@ -92,7 +109,10 @@ impl MotionClip {
         let (mut heading, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
         for index in 0..cycles {
             let used = if index + 1 == cycles { intervals + 1 } else { intervals };
-            for pose in &cycle[..used] {
+            if index == 0 {
+                poses.extend_from_slice(&cycle[..used]);
+            }
+            for pose in cycle[..used].iter().filter(|_| index > 0) {
                 poses.push(Pose {
                     root_position: heading * pose.root_position + place,
                     root_rotation: unit(heading * pose.root_rotation),

@@ -112,6 +112,9 @@ pub struct JointMap {
     /// Links (with all below them) whose lowest point over the clip is put on y = 0; none leaves the height alone.
     #[serde(default)]
     pub soles: Vec<String>,
+    /// Fraction of the poses whose soles may reach below y = 0 all the same (0: none).
+    #[serde(default)]
+    pub sole_fraction: f64,
 }
 
 fn one() -> f64 {
@@ -248,6 +251,7 @@ impl JointMap {
         for (field, value, low, high, expected) in [
             ("unit", self.unit, 1e-6, 1e3, "0.000001 to 1000 m"),
             ("stride", self.stride, 0.0, 100.0, "0 to 100"),
+            ("sole_fraction", self.sole_fraction, 0.0, 1.0, "0 to 1"),
             ("lift", self.lift, -100.0, 100.0, "-100 to 100 m"),
         ] {
             if !(low..=high).contains(&value) {

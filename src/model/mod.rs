@@ -1,18 +1,21 @@
 //! The frozen description of a character, built once from a validated file.
 
+mod build;
 mod character_model;
+mod mass;
+mod mjcf;
+mod model_clip;
+mod overlap;
+mod presets;
+mod retarget;
+mod sole_height;
 
 pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
 };
-
-mod mjcf;
-mod model_clip;
-mod retarget;
-mod sole_height;
-
 pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
+pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};
 pub use retarget::{ImportError, import_bvh};
 pub use sole_height::SoleHeights;

@@ -92,7 +92,7 @@ struct Follower {
 /// Puts the motion of a BVH file onto a character.
 ///
 /// The clip has the file's frame rate and place, in our axes and metres, with the joints that the map names, in the
-/// order of the character's links.
+/// order of the character's links. It is named after the map; the name is free to be changed.
 pub fn import_bvh(bvh: &Bvh, map: &JointMap, model: &CharacterModel) -> Result<MotionClip, ImportError> {
     map.validate()?;
     let source = Importer { bvh, map, model };
@@ -140,7 +140,7 @@ pub fn import_bvh(bvh: &Bvh, map: &JointMap, model: &CharacterModel) -> Result<M
         for sole in &map.soles {
             soles.push(model.links[source.link(sole)?].name.as_str());
         }
-        clip = clip.grounded(model, &soles)?.0;
+        clip = clip.grounded_at(model, &soles, map.sole_fraction)?.0;
     }
     Ok(clip)
 }

@@ -117,7 +117,30 @@ impl MotionClip {
     /// The clip shifted up or down so that the lowest sole point over the clip lies on y = 0, with the heights found
     /// before the shift. `links` as in [`MotionClip::sole_heights`].
     pub fn grounded(&self, model: &CharacterModel, links: &[&str]) -> Result<(Self, SoleHeights), ClipError> {
+        self.grounded_at(model, links, 0.0)
+    }
+
+    /// The clip shifted up or down so that a fraction of its poses (0 to 1) reaches below y = 0, with the heights found
+    /// before the shift. In captured clips single poses dip far below the rest: put on the ground by its lowest point,
+    /// such a clip floats.
+    pub fn grounded_at(
+        &self,
+        model: &CharacterModel,
+        links: &[&str],
+        fraction: f64,
+    ) -> Result<(Self, SoleHeights), ClipError> {
         let heights = self.sole_heights(model, links)?;
-        Ok((self.raised(-heights.lowest), heights))
+        Ok((self.raised(-heights.quantile(fraction)), heights))
+    }
+}
+
+impl SoleHeights {
+    /// The height below which a fraction (0 to 1) of the poses lies, m.
+    pub fn quantile(&self, fraction: f64) -> f64 {
+        let mut sorted = self.heights.clone();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().saturating_sub(1);
+        let index = (fraction.clamp(0.0, 1.0) * last as f64).round() as usize;
+        sorted.get(index.min(last)).copied().unwrap_or(self.lowest)
     }
 }

@@ -1,0 +1,227 @@
+//! From a character file to the frozen model: welds merged, links in depth-first order, collision pairs listed.
+
+use super::mass::MassProperties;
+use super::overlap::overlap;
+use super::{
+    Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
+};
+use crate::asset::{Character, CharacterError, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, ShapeEntry};
+use glam::{DQuat, DVec3};
+use std::collections::HashMap;
+
+impl CharacterModel {
+    /// Validates the character and builds its model.
+    ///
+    /// A welded link becomes part of its parent. Two links may collide when both have shapes, no joint connects them, the
+    /// file does not exclude them and their shapes do not already overlap in the zero pose.
+    pub fn build(character: &Character) -> Result<Self, CharacterError> {
+        character.validate()?;
+        let tree = Tree::new(character);
+        let links = build_links(character, &tree);
+        let mut contact_points: Vec<ContactPoint> = Vec::new();
+        for point in &character.contact_points {
+            let (link, shift) = tree.place(&point.link);
+            contact_points.push(ContactPoint {
+                name: point.name.clone(),
+                link,
+                position: point.position + shift,
+                radius: point.radius,
+                friction: point.friction,
+                kind: ContactKind::Point,
+            });
+        }
+        let mut blades = Vec::new();
+        for (index, entry) in character.blades.iter().enumerate() {
+            let (link, shift) = tree.place(&entry.link);
+            let toe = contact_points.len();
+            let ends = [(entry.toe, ContactKind::BladeToe(index)), (entry.heel, ContactKind::BladeHeel(index))];
+            for (name, (position, kind)) in entry.end_names().into_iter().zip(ends) {
+                let position = position + shift;
+                contact_points.push(ContactPoint { name, link, position, radius: 0.0, friction: 1.0, kind });
+            }
+            blades.push(Blade {
+                name: entry.name.clone(),
+                link,
+                toe,
+                heel: toe + 1,
+                inside: entry.inside.normalize(),
+                lean_law: lean_law(entry.lean_law),
+                bite: entry.bite,
+            });
+        }
+        let grips = character.grips.iter().map(|grip| {
+            let (link, shift) = tree.place(&grip.link);
+            Grip { name: grip.name.clone(), link, position: grip.position + shift }
+        });
+        let grips = grips.collect();
+        let excluded = character.no_collision.iter().map(|(a, b)| (tree.place(a).0, tree.place(b).0)).collect();
+        let mut model = CharacterModel {
+            name: character.name.clone(),
+            step_rate: character.step_rate,
+            links,
+            contact_points,
+            blades,
+            grips,
+            collision_pairs: Vec::new(),
+        };
+        model.collision_pairs = collision_pairs(&model, excluded);
+        Ok(model)
+    }
+}
+
+/// Where every entry of the file ends up.
+struct Tree<'a> {
+    /// Position of each entry by its name.
+    by_name: HashMap<&'a str, usize>,
+    /// For each entry, the entry whose moving link carries it: itself, or for a weld the nearest ancestor that moves.
+    host: Vec<usize>,
+    /// For each entry, the shift from its frame to its host's, m.
+    shift: Vec<DVec3>,
+    /// Moving entries, depth-first, children in file order.
+    order: Vec<usize>,
+    /// For each entry that moves, its index in `order`.
+    rank: Vec<usize>,
+}
+
+impl<'a> Tree<'a> {
+    /// The tree of a validated character.
+    fn new(character: &'a Character) -> Self {
+        let entries = &character.links;
+        let by_name: HashMap<&str, usize> = entries.iter().enumerate().map(|(i, l)| (l.name.as_str(), i)).collect();
+        let parent = |i: usize| entries[i].parent.as_ref().map(|p| by_name[p.as_str()]);
+        let mut host: Vec<usize> = (0..entries.len()).collect();
+        let mut shift = vec![DVec3::ZERO; entries.len()];
+        for i in 0..entries.len() {
+            while entries[host[i]].joint == JointEntry::Weld {
+                let Some(above) = parent(host[i]) else { break };
+                host[i] = above;
+            }
+            shift[i] = entries[i].position - entries[host[i]].position;
+        }
+
+        // Depth-first with a stack: the children are pushed in reverse, so that they come off in file order.
+        let mut children = vec![Vec::new(); entries.len()];
+        let mut stack = Vec::new();
+        for i in 0..entries.len() {
+            match parent(i) {
+                Some(above) if host[i] == i => children[host[above]].push(i),
+                Some(_) => {}
+                None => stack.push(i),
+            }
+        }
+        let (mut order, mut rank) = (Vec::new(), vec![0; entries.len()]);
+        while let Some(i) = stack.pop() {
+            rank[i] = order.len();
+            order.push(i);
+            stack.extend(children[i].iter().rev());
+        }
+        Self { by_name, host, shift, order, rank }
+    }
+
+    /// The model's link that carries the named entry, and the shift from the entry's frame to that link's, m.
+    fn place(&self, name: &str) -> (usize, DVec3) {
+        let entry = self.by_name[name];
+        (self.rank[self.host[entry]], self.shift[entry])
+    }
+}
+
+/// The moving links, welded ones added to their hosts.
+fn build_links(character: &Character, tree: &Tree) -> Vec<Link> {
+    let entries = &character.links;
+    let mut links: Vec<Link> = Vec::with_capacity(tree.order.len());
+    for &own in &tree.order {
+        let entry = &entries[own];
+        let (mut shapes, mut total) = (Vec::new(), MassProperties::NOTHING);
+        for (i, part) in entries.iter().enumerate().filter(|(i, _)| tree.host[*i] == own) {
+            let solids: Vec<Shape> = part.shapes.iter().map(shape).collect();
+            let properties = mass_properties(part, &solids);
+            total = total.plus(&properties.shifted(tree.shift[i]));
+            shapes.extend(solids.into_iter().map(|s| s.shifted(tree.shift[i])));
+        }
+        let parent = entry.parent.as_ref().map(|name| tree.place(name).0);
+        let joint = match entry.joint {
+            JointEntry::Ball => JointKind::Ball,
+            JointEntry::Hinge { axis } => JointKind::Hinge { axis: axis.normalize() },
+            // A weld is never in the order, so what is left is the root.
+            JointEntry::Free | JointEntry::Weld => JointKind::Free,
+        };
+        let gains = entry.gains.unwrap_or(character.gains);
+        // No servo holds the root: nothing outside the body could bear its torque.
+        let driven = joint != JointKind::Free;
+        let gains = if driven { Gains { kp: gains.kp, kd: gains.kd } } else { Gains { kp: 0.0, kd: 0.0 } };
+        links.push(Link {
+            name: entry.name.clone(),
+            parent,
+            joint,
+            offset: parent.map_or(DVec3::ZERO, |p| entry.position - entries[tree.order[p]].position),
+            mass: total.mass,
+            com: total.com,
+            inertia: total.inertia,
+            gains,
+            max_torque: if driven { entry.max_torque.unwrap_or(f64::INFINITY) } else { 0.0 },
+            limits: entry.limits.map(limits),
+            shapes,
+        });
+    }
+    links
+}
+
+/// Mass, centre and inertia of one entry: what the file states, the rest from the shapes.
+fn mass_properties(entry: &LinkEntry, solids: &[Shape]) -> MassProperties {
+    let mut properties = MassProperties::of_shapes(solids, entry.mass);
+    if let Some(com) = entry.com {
+        properties.com = com;
+    }
+    if let Some(inertia) = entry.inertia {
+        properties = MassProperties::new(entry.mass, properties.com, inertia);
+    }
+    properties
+}
+
+/// Degrees to radians.
+fn limits(entry: LimitsEntry) -> JointLimits {
+    let [x, y, z] = [entry.x, entry.y, entry.z].map(|(low, high)| (low.to_radians(), high.to_radians()));
+    JointLimits { low: DVec3::new(x.0, y.0, z.0), high: DVec3::new(x.1, y.1, z.1) }
+}
+
+fn lean_law(entry: LeanLawEntry) -> LeanLaw {
+    match entry {
+        LeanLawEntry::DeadZone { dead_zone, gain } => LeanLaw::DeadZone { dead_zone: dead_zone.to_radians(), gain },
+        LeanLawEntry::Rocker { radius } => LeanLaw::Rocker { radius },
+    }
+}
+
+fn shape(entry: &ShapeEntry) -> Shape {
+    match *entry {
+        ShapeEntry::Box { center, size, rotation } => {
+            let turn = DVec3::from_array(rotation.to_array().map(f64::to_radians));
+            Shape::Box { center, half_extents: size * 0.5, rotation: DQuat::from_scaled_axis(turn) }
+        }
+        ShapeEntry::Capsule { a, b, radius } => Shape::Capsule { a, b, radius },
+        ShapeEntry::Sphere { center, radius } => Shape::Sphere { center, radius },
+    }
+}
+
+/// All pairs of links with shapes that no joint connects, that are not excluded and do not overlap at rest (such as two
+/// thighs under one pelvis or neighbouring toes): pushing those apart would fight the joints for ever.
+fn collision_pairs(model: &CharacterModel, excluded: Vec<(usize, usize)>) -> Vec<(usize, usize)> {
+    let links = &model.links;
+    let rest = model.rest_positions();
+    let mut pairs = Vec::new();
+    for b in 0..links.len() {
+        for a in 0..b {
+            let joined = links[b].parent == Some(a);
+            if joined || excluded.contains(&(a, b)) || excluded.contains(&(b, a)) {
+                continue;
+            }
+            let shift = rest[b] - rest[a];
+            let touch = |s: &Shape| links[b].shapes.iter().any(|t| overlap(s, &t.shifted(shift)));
+            let solid = !links[a].shapes.is_empty() && !links[b].shapes.is_empty();
+            if solid && !links[a].shapes.iter().any(touch) {
+                pairs.push((a, b));
+            }
+        }
+    }
+    pairs.sort_unstable();
+    pairs
+}

@@ -1,0 +1,6 @@
+//! Making motions: methods that search for controls. Feature `train`.
+
+mod samcon;
+mod samcon_cost;
+
+pub use samcon::{Progress, ReconstructError, ReconstructOptions, Reconstruction, ReconstructionReport, reconstruct};

@@ -1,0 +1,474 @@
+//! Sampling-based control reconstruction.
+//!
+//! Liu, Yin, van de Panne, Shao, Xu 2010, "Sampling-based Contact-rich Motion Control"; the first stage of Liu, Yin,
+//! van de Panne, Guo 2012, "Terrain Runner". A clip is cut into windows of a tenth of a second. In each, many offsets to the
+//! servo targets are tried from several kept states; the best end states are kept and the next window begins. Where no
+//! sample stays close, the search goes back a few windows and draws anew, wider.
+//!
+//! Samples run in the lanes of 4 x f64, unfused, on all threads. Each draws from a stream of its own, named by
+//! (attempt, window, sample), so the result does not depend on the number of threads; and a scalar f64 simulation of
+//! the result has the same bits.
+
+use crate::asset::clip::{ClipError, MotionClip};
+use crate::contact::World;
+use crate::control::{
+    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, TrackingError, apply_initial_state,
+    tracking_error,
+};
+use crate::dynamics::State;
+use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
+use crate::model::{CharacterModel, SharedModel};
+use crate::sim::{SimulationSettings, Simulator, step};
+use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links, joint_weights};
+use glam::{DQuat, DVec3};
+
+/// How to search.
+#[derive(Clone, Debug)]
+pub struct ReconstructOptions {
+    /// Samples in a window.
+    pub samples: usize,
+    /// States kept after a window.
+    pub keep: usize,
+    /// Standard deviation of an offset at the hips and the trunk, rad; lighter joints get less.
+    pub deviation: f64,
+    /// Part of the last window's offset around which the next one is drawn.
+    pub persistence: f64,
+    /// Target updates per second.
+    pub tick_rate: f64,
+    /// Target updates in a window.
+    pub ticks_per_window: usize,
+    /// Servo gains for all joints (kp N m/rad, kd N m s/rad) in place of the character's.
+    pub gains: Option<(f64, f64)>,
+    /// Simulation settings in place of the character's.
+    pub settings: Option<SimulationSettings>,
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// How often the search may go back before it gives up.
+    pub backtracks: usize,
+}
+
+impl Default for ReconstructOptions {
+    fn default() -> Self {
+        Self {
+            samples: 2048,
+            keep: 128,
+            deviation: 0.30,
+            persistence: 0.7,
+            tick_rate: 100.0,
+            ticks_per_window: 10,
+            gains: None,
+            settings: None,
+            seed: 1,
+            threads: std::thread::available_parallelism().map_or(1, |n| n.get()),
+            backtracks: 24,
+        }
+    }
+}
+
+/// News from the search.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Window that has just been finished.
+    pub window: usize,
+    /// Windows in all.
+    pub windows: usize,
+    /// Cost of the best sample.
+    pub cost: f64,
+    /// Times the search went back so far.
+    pub backtracks: usize,
+}
+
+/// Why a reconstruction could not begin, or gave up.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReconstructError {
+    /// The clip does not fit the character.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
+    /// The result does not fit the character.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// An option cannot be used.
+    #[error("reconstruct: {option} is {found}; {valid}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What it was.
+        found: String,
+        /// What would be valid.
+        valid: String,
+    },
+    /// Every way forward fell.
+    #[error("no sample passes window {window} of {windows} (at {time:.2} s) after going back {backtracks} times; best cost {cost:.1}")]
+    DeadEnd {
+        /// Window in which all samples fall.
+        window: usize,
+        /// Windows in all.
+        windows: usize,
+        /// Start of the window, s.
+        time: f64,
+        /// Times the search went back.
+        backtracks: usize,
+        /// Best cost there.
+        cost: f64,
+    },
+    /// The caller's progress function asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// How well the simulation of a control follows its clip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReconstructionReport {
+    /// Length of the motion, s.
+    pub seconds: f64,
+    /// Largest distance of the root, m.
+    pub worst_root: f64,
+    /// Mean angle between joint rotations over all joints and ticks, rad.
+    pub mean_joint: f64,
+    /// Time at which the character fell (root more than 0.35 m too low or turned by more than 80 degrees), s.
+    pub fell_at: Option<f64>,
+    /// Longest time without any contact, s.
+    pub longest_flight: f64,
+    /// Times the search went back.
+    pub backtracks: usize,
+}
+
+/// A control and how well it does.
+#[derive(Clone, Debug)]
+pub struct Reconstruction {
+    /// The control.
+    pub control: ReconstructedControl,
+    /// Measured by playing it from its start in scalar f64.
+    pub report: ReconstructionReport,
+}
+
+/// A kept state after a window.
+#[derive(Clone)]
+struct Elite {
+    state: State<f64>,
+    offsets: Vec<Offset>,
+    /// Index of the elite it grew from in the window before.
+    parent: usize,
+    cost: f64,
+}
+
+/// One worker's simulator and the buffer of its samples' results.
+struct Worker {
+    sim: Simulator<F64x4>,
+    results: Vec<Elite>,
+}
+
+struct Search<'a> {
+    model: &'a CharacterModel,
+    world: &'a World,
+    options: &'a ReconstructOptions,
+    reference: &'a Reference,
+    targets: Vec<CostTarget>,
+    ends: Vec<usize>,
+    weights: Vec<f64>,
+    scales: CostScales,
+    steps_per_tick: usize,
+}
+
+impl Search<'_> {
+    fn windows(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Ticks in window `w`; the last one may be shorter.
+    fn ticks_in(&self, w: usize) -> usize {
+        let n = self.options.ticks_per_window;
+        (self.reference.ticks.len() - 1 - w * n).min(n)
+    }
+
+    /// Tries samples `first..last` of a window, four at a time.
+    fn run_samples(
+        &self,
+        worker: &mut Worker,
+        window: usize,
+        attempt: u64,
+        spread: f64,
+        elites: &[Elite],
+        range: core::ops::Range<usize>,
+    ) {
+        const LANES: usize = F64x4::LANES;
+        let links = self.model.links.len();
+        worker.results.clear();
+        let mut offsets = vec![vec![DVec3::ZERO; links]; LANES];
+        let mut parents = [0; LANES];
+        for group in range.step_by(LANES) {
+            for lane in 0..LANES {
+                let stream = ((attempt * 4096 + window as u64) << 24) + (group + lane) as u64;
+                let mut random = RandomStream::new(self.options.seed, stream);
+                // Better elites have more children.
+                let u = random.uniform();
+                let parent = ((u * u.sqrt()) * elites.len() as f64) as usize;
+                parents[lane] = parent.min(elites.len() - 1);
+                let from = &elites[parents[lane]];
+                // A quarter of the samples search nearby, a quarter far away.
+                let scale = spread * [0.35, 0.7, 1.0, 1.4][random.below(4)];
+                for i in 1..links {
+                    let deviation = self.options.deviation * self.weights[i] * scale;
+                    let draw = DVec3::new(random.normal(), random.normal(), random.normal()) * deviation;
+                    let offset = from.offsets[i] * self.options.persistence + draw;
+                    offsets[lane][i] = offset.clamp_length_max(1.6);
+                }
+                worker.sim.state.copy_lane(lane, &from.state, 0);
+            }
+            worker.sim.state.time = 0.0;
+            worker.sim.state_changed();
+            self.simulate_window(&mut worker.sim, window, &offsets, &parents, elites);
+            for lane in 0..LANES {
+                let target = &self.targets[window];
+                let cost = cost(&mut worker.sim, lane, target, &self.ends, &self.weights, &self.scales);
+                worker.results.push(Elite {
+                    state: worker.sim.state.lane(self.model, lane),
+                    offsets: offsets[lane].clone(),
+                    parent: parents[lane],
+                    // The past counts a little, so that a lucky end does not hide a bad way.
+                    cost: cost + 0.1 * elites[parents[lane]].cost.min(1e5),
+                });
+            }
+        }
+    }
+
+    fn simulate_window(
+        &self,
+        sim: &mut Simulator<F64x4>,
+        window: usize,
+        offsets: &[Vec<Offset>],
+        parents: &[usize],
+        elites: &[Elite],
+    ) {
+        let n = self.options.ticks_per_window;
+        for tick in 0..self.ticks_in(window) {
+            let at = window * n + tick;
+            let blend = crate::control::window_blend(tick, n);
+            let target = &self.reference.ticks[(at + 1).min(self.reference.ticks.len() - 1)];
+            for i in 1..self.model.links.len() {
+                let command = &mut sim.commands[i];
+                let mut rotation = Quat::identity();
+                for (lane, offset) in offsets.iter().enumerate() {
+                    let before = if window > 0 { elites[parents[lane]].offsets[i] } else { DVec3::ZERO };
+                    let q: DQuat =
+                        target.pose.joints[i] * crate::control::offset_rotation(before.lerp(offset[i], blend));
+                    rotation.set_lane(lane, q);
+                }
+                command.rotation = rotation;
+                command.velocity = Vec3::splat(target.velocity.joints[i]);
+            }
+            for _ in 0..self.steps_per_tick {
+                step(sim, self.world);
+            }
+        }
+    }
+
+    /// One window over all threads: the kept states, best first.
+    fn run_window(
+        &self,
+        workers: &mut [Worker],
+        window: usize,
+        attempt: u64,
+        spread: f64,
+        samples: usize,
+        elites: &[Elite],
+    ) -> Vec<Elite> {
+        let share = samples.div_ceil(workers.len()).next_multiple_of(F64x4::LANES);
+        std::thread::scope(|scope| {
+            for (n, worker) in workers.iter_mut().enumerate() {
+                let range = (n * share).min(samples)..((n + 1) * share).min(samples);
+                scope.spawn(move || self.run_samples(worker, window, attempt, spread, elites, range));
+            }
+        });
+        let mut order: Vec<(usize, usize)> = workers
+            .iter()
+            .enumerate()
+            .flat_map(|(w, worker)| (0..worker.results.len()).map(move |k| (w, k)))
+            .collect();
+        let cost_of = |&(w, k): &(usize, usize)| workers[w].results[k].cost;
+        order.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)).then(a.cmp(b)));
+        order.truncate(self.options.keep);
+        order.into_iter().map(|(w, k)| workers[w].results[k].clone()).collect()
+    }
+}
+
+fn check(options: &ReconstructOptions, rate: f64) -> Result<(), ReconstructError> {
+    let bad = |option, found: String, valid: &str| {
+        Err(ReconstructError::Option { option, found, valid: valid.to_string() })
+    };
+    if !(4..=1 << 20).contains(&options.samples) {
+        return bad("samples", options.samples.to_string(), "4 to 1048576");
+    }
+    if !(1..=options.samples).contains(&options.keep) {
+        return bad("keep", options.keep.to_string(), "1 to the number of samples");
+    }
+    if !(options.deviation.is_finite() && options.deviation >= 0.0 && options.deviation < 3.0) {
+        return bad("deviation", options.deviation.to_string(), "0 to 3 rad");
+    }
+    if !(1..=1000).contains(&options.ticks_per_window) {
+        return bad("ticks_per_window", options.ticks_per_window.to_string(), "1 to 1000");
+    }
+    if !(1..=256).contains(&options.threads) {
+        return bad("threads", options.threads.to_string(), "1 to 256");
+    }
+    let per_tick = rate / options.tick_rate;
+    if !(per_tick.is_finite() && per_tick >= 1.0 && (per_tick - per_tick.round()).abs() < 1e-9) {
+        return bad("tick_rate", options.tick_rate.to_string(), &format!("a whole fraction of {rate} steps per second"));
+    }
+    Ok(())
+}
+
+/// Searches for a control whose simulation on `world` follows `clip`.
+///
+/// `progress` is called after each window and may stop the search by returning false. `world_name` is what the control
+/// file says of the world.
+pub fn reconstruct(
+    model: &SharedModel,
+    world: &World,
+    world_name: &str,
+    clip: &MotionClip,
+    options: &ReconstructOptions,
+    mut progress: impl FnMut(Progress) -> bool,
+) -> Result<Reconstruction, ReconstructError> {
+    let settings = options.settings.unwrap_or_else(|| SimulationSettings::of(model));
+    check(options, settings.rate)?;
+    let model_clip = clip.to_model(model)?;
+    let reference = Reference::new(&model_clip, options.tick_rate, None);
+    let ends = end_links(model);
+    let n = options.ticks_per_window;
+    let windows = (reference.ticks.len() - 1).div_ceil(n).max(1);
+    let last = reference.ticks.len() - 1;
+    let search = Search {
+        model,
+        world,
+        options,
+        targets: (1..=windows)
+            .map(|w| CostTarget::new(model, &ends, &reference.ticks[(w * n).min(last)]))
+            .collect(),
+        reference: &reference,
+        weights: joint_weights(model),
+        ends,
+        scales: CostScales::default(),
+        steps_per_tick: (settings.rate / options.tick_rate).round() as usize,
+    };
+
+    let mut start = Simulator::<f64>::new(model.clone(), settings);
+    apply_initial_state(&mut start, &reference.ticks[0]);
+    let mut wide = Simulator::<F64x4>::new(model.clone(), settings);
+    if let Some((kp, kd)) = options.gains {
+        for command in &mut wide.commands {
+            command.kp = F64x4::splat(kp);
+            command.kd = F64x4::splat(kd);
+        }
+    }
+    let mut workers: Vec<Worker> =
+        (0..options.threads).map(|_| Worker { sim: wide.clone(), results: Vec::new() }).collect();
+
+    // The kept states after each window; entry 0 is the start.
+    let first = Elite { state: start.state.clone(), offsets: vec![DVec3::ZERO; model.links.len()], parent: 0, cost: 0.0 };
+    let mut history: Vec<Vec<Elite>> = vec![vec![first]];
+    let mut tries = vec![0_u32; search.windows()];
+    let mut backtracks = 0;
+    while history.len() <= search.windows() {
+        let window = history.len() - 1;
+        let attempt = u64::from(tries[window]);
+        // Wider and more with each try.
+        let spread = 1.0 + 0.25 * f64::from(tries[window].min(4));
+        let samples = options.samples << tries[window].min(2);
+        let elites = search.run_window(&mut workers, window, attempt, spread, samples, &history[window]);
+        let best = elites[0].cost;
+        if !progress(Progress { window, windows: search.windows(), cost: best, backtracks }) {
+            return Err(ReconstructError::Cancelled);
+        }
+        tries[window] += 1;
+        if best < 1e4 {
+            let good = elites.iter().take_while(|e| e.cost < 1e4).count();
+            history.push(elites[..good].to_vec());
+            continue;
+        }
+        // Dead end: back by one window more with each failure here.
+        backtracks += 1;
+        if backtracks > options.backtracks {
+            return Err(ReconstructError::DeadEnd {
+                window,
+                windows: search.windows(),
+                time: (window * n) as f64 / options.tick_rate,
+                backtracks: backtracks - 1,
+                cost: best,
+            });
+        }
+        let back = (tries[window] as usize + 1).min(window);
+        history.truncate(history.len() - back);
+    }
+
+    // The best end, and the way to it.
+    let mut offsets = Vec::with_capacity(search.windows());
+    let mut at = 0;
+    for w in (1..history.len()).rev() {
+        let elite = &history[w][at];
+        offsets.push(elite.offsets.clone());
+        at = elite.parent;
+    }
+    offsets.reverse();
+    let control = ReconstructedControl {
+        version: 1,
+        character: model.name.clone(),
+        world: world_name.to_string(),
+        rate: settings.rate,
+        tick_rate: options.tick_rate,
+        ticks_per_window: n,
+        seconds: reference.duration(),
+        gains: options.gains,
+        clip: clip.clone(),
+        offsets,
+    };
+    let mut report = assess(&control, model, world, settings)?;
+    report.backtracks = backtracks;
+    Ok(Reconstruction { control, report })
+}
+
+/// Plays a control in scalar f64 and measures it.
+pub(crate) fn assess(
+    control: &ReconstructedControl,
+    model: &SharedModel,
+    world: &World,
+    settings: SimulationSettings,
+) -> Result<ReconstructionReport, ReconstructError> {
+    let mut sim = Simulator::<f64>::new(model.clone(), settings);
+    let mut player = ControlPlayer::new(control, model)?;
+    player.restart(&mut sim);
+    let (mut worst_root, mut joint_sum, mut ticks) = (0.0_f64, 0.0, 0);
+    let (mut flight, mut longest_flight) = (0.0_f64, 0.0_f64);
+    let mut fell_at = None;
+    let per_tick = (control.rate / control.tick_rate).round() as u64;
+    let mut steps = 0_u64;
+    while !player.is_finished() {
+        player.drive(&mut sim);
+        step(&mut sim, world);
+        steps += 1;
+        flight = if sim.loaded_points(0) == 0 { flight + sim.step_seconds() } else { 0.0 };
+        longest_flight = longest_flight.max(flight);
+        if steps.is_multiple_of(per_tick) {
+            let tick = &player.reference().ticks[(steps / per_tick) as usize];
+            let TrackingError { root, root_angle, joints } = tracking_error(&sim, 0, &tick.pose);
+            worst_root = worst_root.max(root);
+            joint_sum += joints;
+            ticks += 1;
+            let low = tick.pose.root_position.y - sim.state.root_position.y > 0.35;
+            if fell_at.is_none() && (low || root_angle > 1.4 || !sim.is_sane(0)) {
+                fell_at = Some(sim.state.time);
+            }
+        }
+    }
+    Ok(ReconstructionReport {
+        seconds: control.seconds,
+        worst_root,
+        mean_joint: joint_sum / f64::from(ticks.max(1)),
+        fell_at,
+        longest_flight,
+        backtracks: 0,
+    })
+}
