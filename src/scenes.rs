@@ -12,7 +12,7 @@
 //!
 //! Joint limits and self-collision are off: the exported MuJoCo models have neither. The standing characters lean from
 //! the ankles so that their weight is over the middle of their feet, as in `benches/mujoco/bench.py`, and go back to the
-//! posture they started from every [`RESET_STEPS`] steps.
+//! posture they started from after every period of the sway (after 120 steps where they are disturbed or in flight).
 
 use crate::contact::{Surface, World};
 use crate::math::{Quat, RandomStream, Real, Vec3};
@@ -26,8 +26,14 @@ pub const SCENE_NAMES: [&str; 6] =
     ["skater_stand", "skater_stand_cold", "foot_stand", "foot_stand_cold", "skater_air", "skater_air_step"];
 /// Steps between two changes of the targets, and between two disturbances of a cold scene.
 pub const CHUNK: usize = 20;
-/// Steps after which a scene goes back to where it started, so that nobody falls over.
-pub const RESET_STEPS: u64 = 120;
+/// Steps after which a disturbed or falling character goes back to where it started.
+const RESET_STEPS: u64 = 120;
+/// Lean of the standing skater from the ankles, which brings its weight over the middle of its blades, rad.
+const SKATER_LEAN: f64 = 0.027;
+/// The same of the foot human, rad: all 32 points of its feet that lie in the plane of the soles touch.
+const FOOT_LEAN: f64 = 0.025;
+/// How long a standing character comes to rest before the scene begins, s.
+const SETTLE: f64 = 3.0;
 /// Amplitude of the sway, rad.
 pub const SWAY: f64 = 0.15;
 /// Rate of the sway, 1/s.
@@ -73,6 +79,8 @@ pub struct Scene {
     sway: Vec<(usize, DVec3)>,
     /// Links below the ankles.
     feet: Vec<usize>,
+    /// Lean from the ankles, rad.
+    lean: f64,
 }
 
 /// The scene of this name.
@@ -84,10 +92,10 @@ pub fn scene(name: &str) -> Option<Scene> {
         _ if name.ends_with("_cold") => SceneKind::StandCold,
         _ => SceneKind::Stand,
     };
-    let (model, surface) = if name.starts_with("foot") {
-        (foot_human(), Surface::GROUND)
+    let (model, surface, lean) = if name.starts_with("foot") {
+        (foot_human(), Surface::GROUND, FOOT_LEAN)
     } else {
-        (Arc::new(with_blade_points(&skater())), Surface::ICE)
+        (Arc::new(with_blade_points(&skater())), Surface::ICE, SKATER_LEAN)
     };
     let settings = SimulationSettings { limits: None, self_collision: None, ..SimulationSettings::of(&model) };
     let (sway, feet) = (swaying_joints(&model), feet(&model));
@@ -100,6 +108,7 @@ pub fn scene(name: &str) -> Option<Scene> {
         floor_friction: surface.friction,
         sway,
         feet,
+        lean,
     })
 }
 
@@ -143,14 +152,25 @@ fn feet(model: &CharacterModel) -> Vec<usize> {
 }
 
 impl Scene {
-    /// The character for another simulator: the friction of the floor is taken into the points' own, since MuJoCo takes
-    /// the larger of two coefficients where this crate multiplies.
+    /// The character for another simulator. MuJoCo takes the larger of two friction coefficients where this crate
+    /// multiplies, so the ground's goes into the points' own. On ice the points keep theirs: with no knife edge there,
+    /// ordinary friction is what holds a blade sideways.
     pub fn exported_model(&self) -> CharacterModel {
         let mut model = CharacterModel::clone(&self.model);
-        for point in &mut model.contact_points {
-            point.friction *= self.floor_friction;
+        if model.blades.is_empty() {
+            for point in &mut model.contact_points {
+                point.friction *= self.floor_friction;
+            }
         }
         model
+    }
+
+    /// Steps after which the scene begins anew: a period of the sway, or less where the character does not stay upright.
+    pub fn reset_steps(&self) -> u64 {
+        match self.kind {
+            SceneKind::Stand => (self.settings.rate / SWAY_RATE).round() as u64,
+            _ => RESET_STEPS,
+        }
     }
 
     /// Whether characters of this scene stand on something.
@@ -158,9 +178,9 @@ impl Scene {
         matches!(self.kind, SceneKind::Stand | SceneKind::StandCold)
     }
 
-    fn aim<R: Real>(&self, sim: &mut Simulator<R>, time: f64, lean: f64) {
+    fn aim<R: Real>(&self, sim: &mut Simulator<R>, time: f64) {
         for &foot in &self.feet {
-            sim.commands[foot].rotation = Quat::splat(DQuat::from_rotation_x(lean));
+            sim.commands[foot].rotation = Quat::splat(DQuat::from_rotation_x(self.lean));
         }
         let angle = SWAY * (2.0 * core::f64::consts::PI * SWAY_RATE * time).sin();
         for &(link, axis) in &self.sway {
@@ -172,49 +192,25 @@ impl Scene {
         }
     }
 
-    /// The state after standing for `seconds`, leaning from the ankles by `lean` (rad) as one piece.
-    fn stand(&self, lean: f64, seconds: f64) -> Simulator<f64> {
+    /// The simulation after standing still for `seconds`, leaning from the ankles as one piece.
+    fn stand(&self, seconds: f64) -> Simulator<f64> {
         let mut sim = Simulator::<f64>::new(self.model.clone(), self.settings);
         let places = self.model.rest_positions();
         let pivot = self.feet.iter().map(|&i| places[i]).sum::<DVec3>() / self.feet.len().max(1) as f64;
         let mut joints = vec![DQuat::IDENTITY; self.model.links.len()];
         for &foot in &self.feet {
-            joints[foot] = DQuat::from_rotation_x(lean);
+            joints[foot] = DQuat::from_rotation_x(self.lean);
         }
         // Turned back about the ankles, so that the feet lie flat, a hair below the floor.
-        let turn = DQuat::from_rotation_x(-lean);
+        let turn = DQuat::from_rotation_x(-self.lean);
         let height = DVec3::Y * (self.model.rest_root_height() - 2e-4);
         sim.state.set_pose(0, height + pivot - turn * pivot, turn, &joints);
         sim.state_changed();
-        self.aim(&mut sim, 0.0, lean);
+        self.aim(&mut sim, 0.0);
         for _ in 0..(seconds * self.settings.rate) as usize {
             step(&mut sim, &self.world);
         }
         sim
-    }
-
-    /// The lean that brings the weight over the middle of the feet, rad.
-    fn balance(&self) -> f64 {
-        let mut lean = 0.0;
-        for _ in 0..4 {
-            let mut sim = self.stand(lean, 0.2);
-            let com = sim.center_of_mass().lane(0);
-            let root = sim.state.root_position.lane(0);
-            let loaded = (0..self.model.contact_points.len()).filter(|&p| sim.contact_force(p, 0).length() > 1e-9);
-            let places: Vec<usize> = loaded.collect();
-            let k = sim.kinematics();
-            let z = places.iter().map(|&p| {
-                let point = &self.model.contact_points[p];
-                let link = &k[point.link];
-                (root + link.origin.lane(0) + link.rotation.lane(0) * point.position).z
-            });
-            let (low, high) = z.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
-            if low > high {
-                break;
-            }
-            lean += 0.6 * (com.z - (low + high) * 0.5) / com.y;
-        }
-        lean
     }
 }
 
@@ -225,7 +221,6 @@ pub struct SceneRun<R: Real> {
     /// The simulator.
     pub sim: Simulator<R>,
     start: crate::dynamics::State<R>,
-    lean: f64,
     steps: u64,
     random: RandomStream,
 }
@@ -234,10 +229,8 @@ impl<R: Real> SceneRun<R> {
     /// The scene in its starting posture.
     pub fn new(scene: &Scene) -> Self {
         let mut sim = Simulator::<R>::new(scene.model.clone(), scene.settings);
-        let mut lean = 0.0;
         if scene.stands() {
-            lean = scene.balance();
-            let settled = scene.stand(lean, 0.3);
+            let settled = scene.stand(SETTLE);
             for lane in 0..R::LANES {
                 sim.state.copy_lane(lane, &settled.state, 0);
             }
@@ -250,16 +243,17 @@ impl<R: Real> SceneRun<R> {
         }
         sim.state_changed();
         let start = sim.state.clone();
-        Self { scene: scene.clone(), sim, start, lean, steps: 0, random: RandomStream::new(1, 1) }
+        Self { scene: scene.clone(), sim, start, steps: 0, random: RandomStream::new(1, 1) }
     }
 
     /// What has to happen before the next [`CHUNK`] steps and is no part of a step: targets, disturbances, resets.
     pub fn prepare(&mut self) {
-        if self.steps.is_multiple_of(RESET_STEPS) {
+        let period = self.scene.reset_steps();
+        if self.steps.is_multiple_of(period) {
             self.sim.state.clone_from(&self.start);
         }
-        let time = (self.steps % RESET_STEPS) as f64 / self.scene.settings.rate;
-        self.scene.aim(&mut self.sim, time, self.lean);
+        let time = (self.steps % period) as f64 / self.scene.settings.rate;
+        self.scene.aim(&mut self.sim, time);
         match self.scene.kind {
             SceneKind::StandCold => {
                 self.disturb(COLD_ANGLE, COLD_SPEED);
@@ -304,5 +298,13 @@ impl<R: Real> SceneRun<R> {
             return 0.0;
         }
         (0..R::LANES).map(|lane| self.sim.loaded_points(lane) as f64).sum::<f64>() / R::LANES as f64
+    }
+
+    /// Points that took part in the contact solver's last step in any lane: near enough to touch within the step.
+    pub fn solver_points(&self) -> f64 {
+        match self.scene.kind {
+            SceneKind::Forward => 0.0,
+            _ => self.sim.contact.candidates.len() as f64,
+        }
     }
 }

@@ -9,6 +9,7 @@ Scenes, by the end of their name:
   ..._stand       on its feet, trunk and arms swaying by 0.15 rad at 1 Hz, servos on
   ..._stand_cold  the same, and every 20 steps a small random perturbation of all joints
   ..._air         no contact: mj_forward in random poses, servos on
+  ..._air_step    no contact: mj_step in flight, servos on, swaying
 
 Without --setting it tries solvers, iteration limits, friction cones, dense and sparse algebra, integrators and two ways of
 writing the servos, drops those that sink in, lose contact points or stray from what the most accurate setting does, and
@@ -90,7 +91,7 @@ class Scene:
 
     def __init__(self, text, scene, setting, args, lean=None):
         self.args, self.setting, self.lean = args, setting, lean
-        self.cold, self.air = scene.endswith("_cold"), scene.endswith("_air")
+        self.cold, self.air, self.flight = (scene.endswith(end) for end in ("_cold", "_air", "_air_step"))
         text = text.replace("<compiler ", '<compiler discardvisual="true" ', 1)
         plain = mujoco.MjModel.from_xml_string(text)
         if setting.servo == "actuator":
@@ -117,7 +118,7 @@ class Scene:
             m.opt.ls_iterations = 10
         off = ["EQUALITY", "FRICTIONLOSS", "LIMIT", "CLAMPCTRL", "SENSOR", "MIDPHASE", "AUTORESET"]
         off += ["ISLAND"] if s.island == "noisland" else []
-        off += ["CONSTRAINT"] if self.air else []
+        off += ["CONSTRAINT"] if self.air or self.flight else []
         off += ["ACTUATION"] if s.servo == "spring" else []
         for name in off:
             m.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, "mjDSBL_" + name))
@@ -175,7 +176,12 @@ class Scene:
         self.data.qvel[6:] += self.rng.normal(scale=COLD_SPEED, size=self.model.nv - 6)
 
     def settle(self):
-        """The posture that blocks start from: leaning from the ankles so that the weight is over the middle of the feet."""
+        """The posture that blocks start from: in flight the zero pose, else leaning from the ankles so that the weight is over the middle of the feet."""
+        if self.flight:
+            self.lean = 0.0
+            self.target(0.0)
+            self.settled = (self.rest.copy(), np.zeros(self.model.nv), np.zeros(self.model.nv))
+            return
         if self.lean is None:
             self.lean = 0.0
             for _ in range(8):
@@ -252,7 +258,7 @@ class Scene:
 
     def fault(self, reference):
         """What is wrong with the last block, judged by that of the reference setting; `None` if nothing."""
-        if self.air:
+        if self.air or self.flight:
             return None
         tilt = 2 * math.acos(min(1.0, abs(float(self.end[3:] @ reference.end[3:]))))
         if self.deepest > max(SINK, 1.5 * reference.deepest):
@@ -268,7 +274,7 @@ def reference_run(text, scene, steps, args):
     """What the character does under the most accurate setting."""
     run = Scene(text, scene, Setting(iterations=100, cone="elliptic", servo="spring"), args)
     run.block(steps)
-    if not run.air:
+    if not (run.air or run.flight):
         w, x, y, z = run.end[3:]
         lean = math.acos(max(-1.0, min(1.0, 1 - 2 * (x * x + z * z))))
         print(
@@ -285,6 +291,9 @@ def candidates(scene, full, solvers):
     """Settings worth trying."""
     if scene.endswith("_air"):
         return [Setting(jacobian=j, servo=s) for j in ("dense", "sparse") for s in ("spring", "actuator")]
+    if scene.endswith("_air_step"):
+        servos = [("euler", "spring"), ("implicitfast", "spring"), ("implicitfast", "actuator")]
+        return [Setting(jacobian=j, integrator=i, servo=s) for j in ("dense", "sparse") for i, s in servos]
     if not full:
         return [Setting(iterations=i, jacobian=j) for i in (100, 4) for j in ("dense", "sparse")]
     servos = [("euler", "spring"), ("implicitfast", "spring"), ("implicitfast", "actuator")]
@@ -310,7 +319,7 @@ def search(text, scene, args):
     ranked = [setting for _, setting, _ in good]
     best = ranked[: args.finalists]
     best += [s for s in ranked[args.finalists :] if s.solver == "newton"][:2]
-    if not scene.endswith("_air"):
+    if "_air" not in scene:
         best += [dataclasses.replace(setting, island="island") for setting in best[:2]]
     return best, reference.lean
 

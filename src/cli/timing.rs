@@ -20,6 +20,8 @@ pub struct BenchRow {
     pub lanes: &'static str,
     /// Contact points that carried load, mean.
     pub points: f64,
+    /// Contact points in the solver, mean: those near enough to touch within the step.
+    pub solver_points: f64,
     /// Least time over the batches, microseconds per character and step.
     pub us_min: f64,
     /// Median over the batches, microseconds per character and step.
@@ -38,25 +40,33 @@ pub fn time_scene(scene: &Scene, lanes: &str, batches: usize, steps: usize) -> O
         "8 x f32" => time_in::<F32x8Fused>,
         _ => time_in::<F32x8>,
     };
-    let (us_min, us_median, points) = run(scene, batches.max(1), steps);
+    let Figures { us_min, us_median, points, solver_points } = run(scene, batches.max(1), steps);
     let short = |value: f64, digits: f64| (value * digits).round() / digits;
     Some(BenchRow {
         scene: scene.name.to_owned(),
         engine: "bevy_athlete",
         lanes: name,
         points: short(points, 10.0),
+        solver_points: short(solver_points, 10.0),
         us_min: short(us_min, 1e4),
         us_median: short(us_median, 1e4),
     })
 }
 
-/// Least and median microseconds per character and step, and the mean number of loaded points.
-fn time_in<R: Real>(scene: &Scene, batches: usize, steps: usize) -> (f64, f64, f64) {
+/// Least and median microseconds per character and step, and mean numbers of points.
+struct Figures {
+    us_min: f64,
+    us_median: f64,
+    points: f64,
+    solver_points: f64,
+}
+
+fn time_in<R: Real>(scene: &Scene, batches: usize, steps: usize) -> Figures {
     const WARM_UP: usize = 2;
     let chunks = (steps / CHUNK).max(1);
     let mut run = SceneRun::<R>::new(scene);
     let mut figures = Vec::with_capacity(batches);
-    let (mut points, mut looks) = (0.0, 0.0);
+    let (mut points, mut solver_points, mut looks) = (0.0, 0.0, 0.0);
     for batch in 0..batches + WARM_UP {
         let mut spent = 0.0;
         for _ in 0..chunks {
@@ -65,6 +75,7 @@ fn time_in<R: Real>(scene: &Scene, batches: usize, steps: usize) -> (f64, f64, f
             run.advance();
             spent += begin.elapsed().as_secs_f64();
             points += run.loaded_points();
+            solver_points += run.solver_points();
             looks += 1.0;
         }
         if batch >= WARM_UP {
@@ -72,5 +83,10 @@ fn time_in<R: Real>(scene: &Scene, batches: usize, steps: usize) -> (f64, f64, f
         }
     }
     figures.sort_by(f64::total_cmp);
-    (figures[0], figures[figures.len() / 2], points / looks)
+    Figures {
+        us_min: figures[0],
+        us_median: figures[figures.len() / 2],
+        points: points / looks,
+        solver_points: solver_points / looks,
+    }
 }
