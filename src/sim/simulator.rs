@@ -240,6 +240,18 @@ impl<R: Real> Simulator<R> {
             && self.state.joints.iter().all(|j| j.velocity.lane(lane).length() < 1000.0)
     }
 
+    /// The forward dynamics of the present state and commands without contact, and nothing else: kinematics, servos,
+    /// articulated inertias, accelerations. The state stays. For timing; [`Simulator::joint_torque`] is that of this state
+    /// afterwards.
+    pub fn forward_only(&mut self) {
+        self.fresh = false;
+        self.refresh_kinematics();
+        self.run_servos();
+        self.has_wrenches = false;
+        self.articulate();
+        self.accelerate();
+    }
+
     pub(super) fn refresh_kinematics(&mut self) {
         if !self.fresh {
             update_positions(&self.constants, &self.state, &mut self.kinematics);

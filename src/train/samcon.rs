@@ -12,8 +12,7 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::contact::World;
 use crate::control::{
-    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, TrackingError, apply_initial_state,
-    tracking_error,
+    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, apply_initial_state, fallen, tracking_error,
 };
 use crate::dynamics::State;
 use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
@@ -453,12 +452,11 @@ pub(crate) fn assess(
         longest_flight = longest_flight.max(flight);
         if steps.is_multiple_of(per_tick) {
             let tick = &player.reference().ticks[(steps / per_tick) as usize];
-            let TrackingError { root, root_angle, joints } = tracking_error(&sim, 0, &tick.pose);
-            worst_root = worst_root.max(root);
-            joint_sum += joints;
+            let error = tracking_error(&sim, 0, &tick.pose);
+            worst_root = worst_root.max(error.root);
+            joint_sum += error.joints;
             ticks += 1;
-            let low = tick.pose.root_position.y - sim.state.root_position.y > 0.35;
-            if fell_at.is_none() && (low || root_angle > 1.4 || !sim.is_sane(0)) {
+            if fell_at.is_none() && fallen(&sim, 0, &tick.pose, &error).is_some() {
                 fell_at = Some(sim.state.time);
             }
         }
