@@ -42,7 +42,7 @@ pub struct Reconstruct {
     /// Repeat the motion so many times, straight on
     #[arg(long, default_value_t = 1)]
     cycles: usize,
-    /// Samples in a window of a tenth of a second
+    /// Samples in a window
     #[arg(long, default_value_t = ReconstructOptions::default().samples)]
     samples: usize,
     /// States kept after a window
@@ -60,6 +60,9 @@ pub struct Reconstruct {
     /// Seed: the same one gives the same control, whatever the number of threads
     #[arg(long, default_value_t = ReconstructOptions::default().seed)]
     seed: u64,
+    /// Searches that may be made until one is close enough: the second with stiff servos, the third with more samples
+    #[arg(long, default_value_t = ReconstructOptions::default().attempts)]
+    attempts: usize,
     /// Threads; by default one for each core
     #[arg(long)]
     threads: Option<usize>,
@@ -88,6 +91,8 @@ impl Reconstruct {
         if self.cycles > 1 {
             clip = clip.repeated_straight(self.cycles, SEAM)?;
         }
+        let lift;
+        (clip, lift) = clip.lifted_clear(&model)?;
         if clip.duration() > 3600.0 {
             let found = clip.duration();
             return Err(format!("{}: {found:.0} s after repetition; valid is up to 3600 s", self.clip.display()).into());
@@ -106,6 +111,7 @@ impl Reconstruct {
             deviation: self.deviation,
             gains,
             seed: self.seed,
+            attempts: self.attempts,
             threads: self.threads.unwrap_or(defaults.threads),
             ..defaults
         };
@@ -113,6 +119,9 @@ impl Reconstruct {
         if !self.json {
             say(&build.to_string())?;
             say(&format!("{} on {world} follows {} ({:.2} s)", model.name, clip.name, clip.duration()))?;
+            if lift > 0.001 {
+                say(&format!("root lifted by up to {lift:.3} m where the clip is below the ground"))?;
+            }
         }
 
         let bar = bar(1, "reconstruct");
@@ -120,7 +129,7 @@ impl Reconstruct {
         let found = reconstruct(&model, &world.world(), &world.to_string(), &clip, &options, |news| {
             bar.set_length(news.windows as u64);
             bar.set_position(news.window as u64 + 1);
-            bar.set_message(format!("best cost {:.2}, went back {} times", news.cost, news.backtracks));
+            bar.set_message(format!("attempt {}: best cost {:.2}, went back {} times", news.attempt + 1, news.cost, news.backtracks));
             true
         });
         bar.finish_and_clear();
