@@ -1,11 +1,12 @@
 //! An exported character is well-formed XML that holds the whole body: every link with its mass, every contact point.
 //!
 //! The scan below knows nothing of the exporter: it reads tags and attributes and checks the nesting. Whether MuJoCo
-//! computes the same dynamics is another test's business (the reference numbers of `benches/mujoco/reference.py`).
+//! computes the same dynamics is another test's business (the reference numbers of `benches/mujoco/reference.py`). Set
+//! `MJCF_DIR` to keep the files of the characters.
 
 mod puppet;
 
-use bevy_athlete::model::{JointKind, export_mjcf};
+use bevy_athlete::model::{JointKind, PRESET_NAMES, export_mjcf, preset};
 use puppet::puppet;
 use std::collections::HashMap;
 
@@ -134,7 +135,21 @@ fn the_world_is_ours() {
     assert_eq!(tag("compiler").attributes["balanceinertia"], "false");
     assert_eq!(tag("numeric").numbers("data"), model.links.iter().map(|l| l.gains.kp).collect::<Vec<_>>());
     assert!(!xml.contains("NaN") && !xml.contains("inf"));
-    if let Ok(file) = std::env::var("MJCF_OUT") {
-        std::fs::write(file, &xml).unwrap();
+}
+
+#[test]
+fn all_characters_are_exported_whole() {
+    for name in PRESET_NAMES {
+        let model = preset(name).unwrap();
+        let xml = export_mjcf(&model);
+        let tags = scan(&xml);
+        let count = |kind: &str| tags.iter().filter(|t| t.name == kind).count();
+        assert_eq!((count("body"), count("inertial")), (model.links.len(), model.links.len()), "{name}");
+        assert_eq!(count("site"), model.contact_points.len(), "{name}");
+        let mass: f64 = tags.iter().filter(|t| t.name == "inertial").map(|t| t.numbers("mass")[0]).sum();
+        assert!((mass - model.mass()).abs() < 1e-12 * mass, "{name}: {mass} kg");
+        if let Ok(dir) = std::env::var("MJCF_DIR") {
+            std::fs::write(std::path::Path::new(&dir).join(name).with_extension("xml"), &xml).unwrap();
+        }
     }
 }

@@ -9,6 +9,7 @@ Scenes, by the end of their name:
   ..._stand       on its feet, trunk and arms swaying by 0.15 rad at 1 Hz, servos on
   ..._stand_cold  the same, and every 20 steps a small random perturbation of all joints
   ..._air         no contact: mj_forward in random poses, servos on
+  ..._air_step    no contact: mj_step in flight, servos on, swaying
 
 Without --setting it tries solvers, iteration limits, friction cones, dense and sparse algebra, integrators and two ways of
 writing the servos, drops those that sink in, lose contact points or stray from what the most accurate setting does, and
@@ -36,8 +37,9 @@ SWAY_RATE = 1.0  # Hz
 COLD_ANGLE = 0.001  # rad, standard deviation of the perturbation of a joint (the root is left alone)
 COLD_SPEED = 0.02  # rad/s, the same of its speed
 SINK = 0.005  # m of penetration that a setting may show
-DRIFT = 0.03  # m that the root may end away from where the reference setting takes it
-TILT = 0.06  # rad, the same of its rotation
+DRIFT = 0.01  # m that the root may end away from where the reference setting takes it
+TILT = 0.03  # rad, the same of its rotation
+ANKLE = 0.2  # m, height that ankles are below and knees above
 POINTS = 0.9  # least share of the reference's touching points
 
 
@@ -62,6 +64,13 @@ class Setting:
         return Setting(parts[0], int(parts[1]), *parts[2:])
 
 
+def turn(axis, angle):
+    """A rotation about the x, y or z axis as a quaternion."""
+    quaternion = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+    quaternion[1 + axis] = math.sin(angle / 2)
+    return quaternion
+
+
 def servo_xml(model):
     """Position servos as actuators: three a ball joint, about the axes of the child."""
     kp, kd = model.numeric("athlete_kp").data, model.numeric("athlete_kd").data
@@ -80,9 +89,9 @@ def servo_xml(model):
 class Scene:
     """A character in one scene under one setting."""
 
-    def __init__(self, text, scene, setting, args):
-        self.args, self.setting = args, setting
-        self.cold, self.air = scene.endswith("_cold"), scene.endswith("_air")
+    def __init__(self, text, scene, setting, args, lean=None):
+        self.args, self.setting, self.lean = args, setting, lean
+        self.cold, self.air, self.flight = (scene.endswith(end) for end in ("_cold", "_air", "_air_step"))
         text = text.replace("<compiler ", '<compiler discardvisual="true" ', 1)
         plain = mujoco.MjModel.from_xml_string(text)
         if setting.servo == "actuator":
@@ -91,11 +100,9 @@ class Scene:
         self.configure()
         self.data = mujoco.MjData(self.model)
         self.rng = np.random.default_rng(1)
-        self.sway = self.swaying_joints()
+        self.sway, self.ankles = self.swaying_joints(), self.ankle_joints()
         self.rest = self.model.qpos0.copy()
-        # Just below the floor: every point that can touch does so from the first step.
-        self.rest[1] -= 2e-4
-        self.sunk, self.end, self.points = False, None, 0.0
+        self.deepest, self.end, self.points = 0.0, None, 0.0
         if not self.air:
             self.settle()
 
@@ -111,7 +118,7 @@ class Scene:
             m.opt.ls_iterations = 10
         off = ["EQUALITY", "FRICTIONLOSS", "LIMIT", "CLAMPCTRL", "SENSOR", "MIDPHASE", "AUTORESET"]
         off += ["ISLAND"] if s.island == "noisland" else []
-        off += ["CONSTRAINT"] if self.air else []
+        off += ["CONSTRAINT"] if self.air or self.flight else []
         off += ["ACTUATION"] if s.servo == "spring" else []
         for name in off:
             m.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, "mjDSBL_" + name))
@@ -136,16 +143,28 @@ class Scene:
             found += [(j, axis) for j in names[:limit]]
         return found
 
+    def ankle_joints(self):
+        """The ball joints between shin and foot: below `ANKLE` at rest, their parents above it."""
+        m = self.model
+        mujoco.mj_forward(m, self.data)
+        height = self.data.xanchor[:, 1]
+        ball = [j for j in range(m.njnt) if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_BALL]
+        above = lambda j: self.data.xpos[m.body_parentid[m.jnt_bodyid[j]], 1] > ANKLE
+        return [j for j in ball if height[j] < ANKLE and above(j)]
+
+    def aim(self, joint, axis, angle):
+        """Sets the target of a joint: a rotation about one axis."""
+        if self.setting.servo == "spring":
+            at = self.model.jnt_qposadr[joint]
+            self.model.qpos_spring[at : at + 4] = turn(axis, angle)
+        else:
+            self.data.ctrl[self.first_actuator(joint) + axis] = angle
+
     def target(self, t):
-        angle = SWAY * math.sin(2 * math.pi * SWAY_RATE * t)
+        for joint in self.ankles:
+            self.aim(joint, 0, self.lean or 0.0)
         for joint, axis in self.sway:
-            if self.setting.servo == "spring":
-                at = self.model.jnt_qposadr[joint]
-                quaternion = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-                quaternion[1 + axis] = math.sin(angle / 2)
-                self.model.qpos_spring[at : at + 4] = quaternion
-            else:
-                self.data.ctrl[self.first_actuator(joint) + axis] = angle
+            self.aim(joint, axis, SWAY * math.sin(2 * math.pi * SWAY_RATE * t))
 
     def first_actuator(self, joint):
         return int(np.nonzero(self.model.actuator_trnid[:, 0] == joint)[0][0])
@@ -157,11 +176,44 @@ class Scene:
         self.data.qvel[6:] += self.rng.normal(scale=COLD_SPEED, size=self.model.nv - 6)
 
     def settle(self):
-        mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:] = self.rest
-        self.target(0.0)
-        mujoco.mj_step(self.model, self.data, int(0.5 / self.model.opt.timestep))
+        """The posture that blocks start from: in flight the zero pose, else leaning from the ankles so that the weight is over the middle of the feet."""
+        if self.flight:
+            self.lean = 0.0
+            self.target(0.0)
+            self.settled = (self.rest.copy(), np.zeros(self.model.nv), np.zeros(self.model.nv))
+            return
+        if self.lean is None:
+            self.lean = 0.0
+            for _ in range(8):
+                self.stand(1.0)
+                touching = self.data.contact.pos[:, 2]
+                if len(touching) == 0:
+                    break
+                com = self.data.subtree_com[1]
+                self.lean += 0.4 * (com[2] - (touching.min() + touching.max()) / 2) / com[1]
+        self.stand(0.5)
         self.settled = (self.data.qpos.copy(), self.data.qvel.copy(), self.data.qacc_warmstart.copy())
+
+    def stand(self, seconds):
+        """Puts the character on its feet, leaning as one piece, and lets it come to rest."""
+        m, d = self.model, self.data
+        mujoco.mj_resetData(m, d)
+        d.qpos[:] = self.rest
+        for joint in self.ankles:
+            at = m.jnt_qposadr[joint]
+            d.qpos[at : at + 4] = turn(0, self.lean)
+        mujoco.mj_forward(m, d)
+        if self.ankles:
+            # Turned about the ankles, so that the feet lie flat.
+            pivot = d.xanchor[self.ankles].mean(axis=0)
+            sin, cos = math.sin(-self.lean), math.cos(-self.lean)
+            y, z = d.qpos[1] - pivot[1], d.qpos[2] - pivot[2]
+            d.qpos[1:3] = pivot[1] + y * cos - z * sin, pivot[2] + y * sin + z * cos
+            d.qpos[3:7] = turn(0, -self.lean)
+        # Just below the floor: every point that can touch does so from the first step.
+        d.qpos[1] -= 2e-4
+        self.target(0.0)
+        mujoco.mj_step(m, d, int(seconds / m.opt.timestep))
 
     def block(self, steps):
         """Microseconds a step over so many steps from the settled posture, and the mean number of touching points."""
@@ -182,8 +234,8 @@ class Scene:
             mujoco.mj_step(m, d, CHUNK)
             spent += time.perf_counter_ns() - start
             points.append(d.ncon)
-            if d.ncon and -d.contact.dist.min() > SINK:
-                self.sunk = True
+            if d.ncon:
+                self.deepest = max(self.deepest, -d.contact.dist.min())
         self.end, self.points = d.qpos[:7].copy(), statistics.fmean(points)
         return spent / 1e3 / (chunks * CHUNK), self.points
 
@@ -206,12 +258,12 @@ class Scene:
 
     def fault(self, reference):
         """What is wrong with the last block, judged by that of the reference setting; `None` if nothing."""
-        if self.air:
+        if self.air or self.flight:
             return None
-        turn = 2 * math.acos(min(1.0, abs(float(self.end[3:] @ reference.end[3:]))))
-        if self.sunk:
+        tilt = 2 * math.acos(min(1.0, abs(float(self.end[3:] @ reference.end[3:]))))
+        if self.deepest > max(SINK, 1.5 * reference.deepest):
             return "sinks in"
-        if not (np.linalg.norm(self.end[:3] - reference.end[:3]) < DRIFT and turn < TILT):
+        if not (np.linalg.norm(self.end[:3] - reference.end[:3]) < DRIFT and tilt < TILT):
             return "strays"
         if self.points < POINTS * reference.points:
             return "loses contact points"
@@ -222,10 +274,14 @@ def reference_run(text, scene, steps, args):
     """What the character does under the most accurate setting."""
     run = Scene(text, scene, Setting(iterations=100, cone="elliptic", servo="spring"), args)
     run.block(steps)
-    if not run.air:
+    if not (run.air or run.flight):
         w, x, y, z = run.end[3:]
         lean = math.acos(max(-1.0, min(1.0, 1 - 2 * (x * x + z * z))))
-        print(f"{scene}: {run.points:.1f} points touch, the root ends leaning by {lean:.3f} rad", file=sys.stderr)
+        print(
+            f"{scene}: {run.points:.1f} points touch at up to {run.deepest * 1e3:.1f} mm, "
+            f"the root ends leaning by {lean:.3f} rad",
+            file=sys.stderr,
+        )
         if lean > 0.5:
             raise SystemExit(f"{scene}: the character falls; look at --trunk, --arms and the gains in the file")
     return run
@@ -235,6 +291,9 @@ def candidates(scene, full, solvers):
     """Settings worth trying."""
     if scene.endswith("_air"):
         return [Setting(jacobian=j, servo=s) for j in ("dense", "sparse") for s in ("spring", "actuator")]
+    if scene.endswith("_air_step"):
+        servos = [("euler", "spring"), ("implicitfast", "spring"), ("implicitfast", "actuator")]
+        return [Setting(jacobian=j, integrator=i, servo=s) for j in ("dense", "sparse") for i, s in servos]
     if not full:
         return [Setting(iterations=i, jacobian=j) for i in (100, 4) for j in ("dense", "sparse")]
     servos = [("euler", "spring"), ("implicitfast", "spring"), ("implicitfast", "actuator")]
@@ -250,22 +309,25 @@ def search(text, scene, args):
     reference = reference_run(text, scene, args.steps, args)
     tried = []
     for setting in candidates(scene, not args.quick, args.solvers.split(",")):
-        run = Scene(text, scene, setting, args)
+        run = Scene(text, scene, setting, args, reference.lean)
         figures = [run.block(args.steps)[0] for _ in range(2)]
         tried.append((min(figures), setting, run.fault(reference)))
     good = sorted((t for t in tried if t[2] is None), key=lambda t: t[0])
     print(f"{scene}: {len(good)} of {len(tried)} settings agree with the reference", file=sys.stderr)
     if not good:
         raise SystemExit(f"{scene}: no setting agrees with the reference")
-    best = [setting for _, setting, _ in good[: args.finalists]]
-    if not scene.endswith("_air"):
+    ranked = [setting for _, setting, _ in good]
+    best = ranked[: args.finalists]
+    best += [s for s in ranked[args.finalists :] if s.solver == "newton"][:2]
+    if "_air" not in scene:
         best += [dataclasses.replace(setting, island="island") for setting in best[:2]]
-    return best
+    return best, reference.lean
 
 
-def measure(text, scene, settings, args):
-    """Blocks of the finalists in turn; the row of the one with the least minimum."""
-    runs = [Scene(text, scene, setting, args) for setting in settings]
+def measure(text, scene, settings, lean, args):
+    """Blocks of the settings in turn; the row of the one with the least minimum, and beside it the fastest Newton solver
+    (the only one here that converges within its iterations)."""
+    runs = [Scene(text, scene, setting, args, lean) for setting in settings]
     figures = [[] for _ in runs]
     points = [[] for _ in runs]
     for _ in range(args.blocks):
@@ -273,22 +335,27 @@ def measure(text, scene, settings, args):
             us, touching = run.block(args.steps)
             figures[i].append(us)
             points[i].append(touching)
-    i = min(range(len(runs)), key=lambda i: min(figures[i]))
-    return {
-        "scene": scene,
-        "engine": "mujoco",
-        "setting": str(settings[i]),
-        "points": round(statistics.fmean(points[i]), 1),
-        "us_min": round(min(figures[i]), 3),
-        "us_median": round(statistics.median(figures[i]), 3),
-    }
+    def figure(among):
+        i = min(among, key=lambda i: min(figures[i]))
+        return {
+            "setting": str(settings[i]),
+            "points": round(statistics.fmean(points[i]), 1),
+            "us_min": round(min(figures[i]), 3),
+            "us_median": round(statistics.median(figures[i]), 3),
+        }
+
+    row = {"scene": scene, "engine": "mujoco", **figure(range(len(runs))), "lean": runs[0].lean}
+    newton = [i for i, setting in enumerate(settings) if setting.solver == "newton"]
+    return {**row, "newton": figure(newton)} if newton else row
 
 
 def parser():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("xml", type=pathlib.Path, help="exported character")
     p.add_argument("--scene", action="append", required=True, help="name of a scene; may be repeated")
-    p.add_argument("--setting", help="run this setting (as printed) instead of searching")
+    p.add_argument("--setting", action="append", help="run this setting (as printed) instead of searching; may be repeated")
+    p.add_argument("--lean", type=float, help="lean from the ankles with --setting, rad, instead of finding it")
+    p.add_argument("--solref", default="0.005 1", help="stiffness of the contacts (time constant in s, damping ratio)")
     p.add_argument("--quick", action="store_true", help="search only a few settings")
     p.add_argument("--solvers", default="newton,cg,pgs", help="solvers to try")
     p.add_argument("--steps", type=int, default=1200, help="steps of a block")
@@ -305,9 +372,13 @@ def main():
     text = args.xml.read_text()
     if args.friction is not None:
         text = re.sub(r'friction="[^"]*"(?= group="3")', f'friction="{args.friction} 0 0"', text)
+    text = text.replace('condim="3"', f'condim="3" solref="{args.solref}"')
     for scene in args.scene:
-        settings = [Setting.parse(args.setting)] if args.setting else search(text, scene, args)
-        print(json.dumps(measure(text, scene, settings, args)), flush=True)
+        if args.setting:
+            settings, lean = [Setting.parse(setting) for setting in args.setting], args.lean
+        else:
+            settings, lean = search(text, scene, args)
+        print(json.dumps(measure(text, scene, settings, lean, args)), flush=True)
 
 
 if __name__ == "__main__":

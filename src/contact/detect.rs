@@ -66,6 +66,13 @@ pub struct ContactGroup<R> {
     pub wrench: Force<R>,
 }
 
+impl<R: Real> ContactGroup<R> {
+    /// A group without candidates yet.
+    pub fn on_link(link: usize) -> Self {
+        Self { link, start: 0, end: 0, velocity: Motion::zero(), wrench: Force::zero() }
+    }
+}
+
 /// Surface, arm and world-axes place of a contact point before it is known to be near anything.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe<R: Real> {
@@ -162,8 +169,8 @@ pub fn detect_contacts<R: Real>(
         let k = &kinematics[*link];
         let origin = root_position + k.origin;
         // The link's ball first: most links are in the air most of the time.
-        let ball = terrain.clearance(origin) - R::splat(*radius);
-        if !R::any(ball.lt(margin)) {
+        let near = (terrain.clearance(origin) - R::splat(*radius)).lt(margin);
+        if !R::any(near) {
             for &p in &order[range.clone()] {
                 probes[p].gap = far;
             }
@@ -174,7 +181,9 @@ pub fn detect_contacts<R: Real>(
             let arm = k.rotation.mul_vec(Vec3::splat(point.position));
             let hit = terrain.query(origin + arm);
             let radius = R::splat(point.radius);
-            probes[p] = Probe { hit, gap: hit.distance - radius, arm: arm - hit.normal * radius };
+            // A lane whose ball is far off stays out, as it would alone, whatever an inexact distance says.
+            let gap = R::select(near, hit.distance - radius, far);
+            probes[p] = Probe { hit, gap, arm: arm - hit.normal * radius };
         }
     }
 
@@ -215,13 +224,7 @@ pub fn detect_contacts<R: Real>(
         let at = candidates.len();
         match groups.last_mut() {
             Some(group) if group.link == link => group.end = at + 1,
-            _ => groups.push(ContactGroup {
-                link,
-                start: at,
-                end: at + 1,
-                velocity: Motion::zero(),
-                wrench: Force::zero(),
-            }),
+            _ => groups.push(ContactGroup { start: at, end: at + 1, ..ContactGroup::on_link(link) }),
         }
         let place = kinematics[link].origin + candidate.arm;
         candidates.push(ContactCandidate { partner: at, place, ..candidate });

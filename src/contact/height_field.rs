@@ -90,11 +90,7 @@ impl HeightField {
         let inside = |v: f64, count: usize| v >= 0.0 && v <= (count - 1) as f64 * self.spacing;
         let slope_x = ((b - a) * (1.0 - t) + (d - c) * t) / self.spacing;
         let slope_z = ((c - a) * (1.0 - s) + (d - b) * s) / self.spacing;
-        (
-            height,
-            if inside(u, self.columns) { slope_x } else { 0.0 },
-            if inside(v, self.rows) { slope_z } else { 0.0 },
-        )
+        (height, if inside(u, self.columns) { slope_x } else { 0.0 }, if inside(v, self.rows) { slope_z } else { 0.0 })
     }
 
     /// Distance along the local normal: exact on a slope, of first order elsewhere. Non-finite points are far away.

@@ -15,7 +15,7 @@ pub use blade::{BladeContact, BladeEdge, carve_curvature};
 pub use detect::{ContactCandidate, ContactGroup, ContactScratch, detect_contacts};
 pub use geometry::{Geometry, GeometryHit};
 pub use height_field::{HeightField, HeightFieldError};
-pub use mobility::ContactMobility;
+pub use mobility::{ContactMobility, OwnMobility};
 pub use rows::{ContactSettings, build_rows};
 pub use self_collision::{CollisionCapsule, SelfCollisionSettings, self_collision_forces};
 pub use solver::solve_contacts;

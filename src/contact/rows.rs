@@ -1,8 +1,8 @@
 //! The rows of the contact problem: directions, responses, aims.
 
-use crate::contact::ContactScratch;
+use crate::contact::{ContactScratch, OwnMobility};
 use crate::dynamics::LinkKinematics;
-use crate::math::{Mat3, Mobility, Motion, Real, Vec3};
+use crate::math::{Mat3, Motion, Real, Vec3};
 use crate::model::CharacterModel;
 use glam::DVec3;
 
@@ -40,16 +40,11 @@ impl Default for ContactSettings {
     }
 }
 
-/// `m * skew(r)`: the response to forces at `r`, from the response to moments.
-#[inline(always)]
-fn mul_skew<R: Real>(m: &Mat3<R>, r: Vec3<R>) -> Mat3<R> {
-    Mat3::from_columns(m.y * r.z - m.z * r.y, m.z * r.x - m.x * r.z, m.x * r.y - m.y * r.x)
-}
-
 /// Response of the link's motion to a force at `arm`: two 3 x 3 blocks (angular, linear).
 #[inline(always)]
-fn force_response<R: Real>(own: &Mobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
-    (own.al + mul_skew(&own.aa, arm), own.ll + mul_skew(&own.la, arm))
+fn force_response<R: Real>(own: &OwnMobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
+    let (aa, ll) = (own.aa.to_mat3(), own.ll.to_mat3());
+    (own.al.add_mul_skew(&aa, arm), ll.add_mul_skew(&own.al.transpose(), arm))
 }
 
 /// A tangent pair of a unit normal, without a branch. Duff et al. 2017, "Building an Orthonormal Basis, Revisited", with
@@ -60,10 +55,7 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
     let sign = R::select(n.y.lt(R::zero()), -one, one);
     let a = -(sign + n.y).recip();
     let b = n.z * n.x * a;
-    (
-        Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a),
-        Vec3::new(sign + n.x * n.x * a, -n.x, b),
-    )
+    (Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a), Vec3::new(sign + n.x * n.x * a, -n.x, b))
 }
 
 /// Fills the rows of every candidate. `h` is the step, s.
@@ -93,7 +85,8 @@ pub fn build_rows<R: Real>(
             if c.is_grip {
                 c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
                 let anchor = Vec3::splat(grip_anchors[c.source].unwrap_or(DVec3::ZERO));
-                let pull = (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
+                let pull =
+                    (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
                 c.aims = [pull.x, pull.y, pull.z];
                 warm = warm_grips[c.source];
             } else {
@@ -124,7 +117,8 @@ pub fn build_rows<R: Real>(
                 c.directions = [n, t, s];
                 c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
                 // Apart: it may close the gap within the step. Inside: it is pushed out gently.
-                let outward = (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
+                let outward =
+                    (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
                 let outward = outward.min(R::splat(settings.correction_speed));
                 let apart = zero.lt(probe.gap);
                 let carried = probe.hit.velocity;

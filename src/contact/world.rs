@@ -49,13 +49,7 @@ pub struct Solid {
 impl Solid {
     /// A solid at rest.
     pub fn fixed(geometry: Geometry, surface: Surface) -> Self {
-        Self {
-            geometry,
-            surface,
-            linear_velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-            pivot: DVec3::ZERO,
-        }
+        Self { geometry, surface, linear_velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO, pivot: DVec3::ZERO }
     }
 
     /// A plane that tilts about the axis `axis` (unit, horizontal) through `pivot`: by the angle `angle` (rad) at

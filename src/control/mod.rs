@@ -1,10 +1,12 @@
 //! What tells the joints where to go: targets sampled from a clip, and open-loop controls.
 
 mod drive;
+mod fall;
 mod open_loop;
 mod reference;
 
 pub use drive::{apply_initial_state, command_pose};
+pub use fall::{FALL_ANGLE, FALL_DEPTH, Fall, fallen};
 pub(crate) use open_loop::{offset_rotation, window_blend};
 pub use open_loop::{ControlError, ControlPlayer, Offset, ReconstructedControl};
 pub use reference::{Reference, ReferenceTick, TrackingError, tracking_error};

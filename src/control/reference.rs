@@ -1,5 +1,6 @@
 //! A clip at the rate of the controller: what the character should do at each tick.
 
+use crate::asset::turn::rotation_vector;
 use crate::math::{Real, half_angle_over_sine};
 use crate::model::{CharacterModel, ModelClip, ModelPose, ModelVelocity};
 use crate::sim::Simulator;
@@ -24,6 +25,9 @@ pub struct Reference {
 }
 
 impl Reference {
+    /// Time over which velocities are taken, s: two frames of a 30 Hz clip. One frame of a captured clip is noise.
+    pub const DIFFERENCE_SPAN: f64 = 1.0 / 15.0;
+
     /// Samples `seconds` of a clip (the whole clip if `None`); beyond its end the last pose is held.
     pub fn new(clip: &ModelClip, tick_rate: f64, seconds: Option<f64>) -> Self {
         let seconds = seconds.unwrap_or(clip.duration());
@@ -31,7 +35,8 @@ impl Reference {
         let ticks = (0..count)
             .map(|k| {
                 let t = k as f64 / tick_rate;
-                ReferenceTick { pose: clip.sample(t), velocity: clip.sample_velocity(t) }
+                let velocity = velocity_over(clip, t, Self::DIFFERENCE_SPAN);
+                ReferenceTick { pose: clip.sample(t), velocity }
             })
             .collect();
         Self { tick_rate, ticks }
@@ -46,6 +51,25 @@ impl Reference {
     pub fn at(&self, t: f64) -> &ReferenceTick {
         let k = (t * self.tick_rate + 1e-6).max(0.0) as usize;
         &self.ticks[k.min(self.ticks.len() - 1)]
+    }
+}
+
+/// Velocity of a clip at time `t` (s) by the difference of the poses half of `span` (s) before and after, one-sided at
+/// the ends.
+fn velocity_over(clip: &ModelClip, t: f64, span: f64) -> ModelVelocity {
+    let end = clip.duration();
+    let (t0, t1) = ((t - 0.5 * span).clamp(0.0, end), (t + 0.5 * span).clamp(0.0, end));
+    let (a, b) = (clip.sample(t0), clip.sample(t1));
+    let per_second = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
+    ModelVelocity {
+        root_linear: (b.root_position - a.root_position) * per_second,
+        root_angular: rotation_vector(b.root_rotation * a.root_rotation.conjugate()) * per_second,
+        joints: a
+            .joints
+            .iter()
+            .zip(&b.joints)
+            .map(|(a, b)| rotation_vector(a.conjugate() * *b) * per_second)
+            .collect(),
     }
 }
 

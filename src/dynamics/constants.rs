@@ -8,6 +8,13 @@ use crate::model::{CharacterModel, JointKind};
 pub struct LinkConstants<R> {
     /// Index of the parent (0 for the root itself).
     pub parent: usize,
+    /// The link at this place of the breadth-first order. The recursions walk in that order: neighbours in it seldom wait
+    /// for each other, so the processor works on several limbs at once.
+    pub breadth_first: usize,
+    /// No other link hangs on this one.
+    pub is_leaf: bool,
+    /// Of the children of one parent this comes last: the first to arrive when the tree is walked from its leaves.
+    pub arrives_first: bool,
     /// The hinge axis, link axes; `None` for a ball joint and the root.
     pub hinge: Option<Vec3<R>>,
     /// Joint position in the parent frame, m.
@@ -47,15 +54,26 @@ impl<R: Real> RotationalInertia<R> {
 impl<R: Real> LinkConstants<R> {
     /// The constants of every link of a model.
     pub fn of(model: &CharacterModel) -> Vec<Self> {
+        let mut depth: Vec<usize> = Vec::with_capacity(model.links.len());
+        for link in &model.links {
+            depth.push(link.parent.map_or(0, |p| depth[p] + 1));
+        }
+        let mut order: Vec<usize> = (0..depth.len()).collect();
+        order.sort_by_key(|&i| depth[i]);
         model
             .links
             .iter()
-            .map(|link| {
+            .enumerate()
+            .map(|(index, link)| {
+                let last_child = |parent: usize| model.links.iter().rposition(|l| l.parent == Some(parent));
                 let i = link.inertia;
                 let off_diagonal = i.y_axis.x.abs() + i.z_axis.x.abs() + i.z_axis.y.abs();
                 let trace = i.x_axis.x + i.y_axis.y + i.z_axis.z;
                 Self {
                     parent: link.parent.unwrap_or(0),
+                    breadth_first: order[index],
+                    is_leaf: last_child(index).is_none(),
+                    arrives_first: link.parent.is_some_and(|p| last_child(p) == Some(index)),
                     hinge: match link.joint {
                         JointKind::Hinge { axis } => Some(Vec3::splat(axis)),
                         JointKind::Ball | JointKind::Free => None,

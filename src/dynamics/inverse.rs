@@ -34,9 +34,7 @@ pub fn inverse_dynamics<R: Real>(
         let first_moment = k.com * c.mass;
         let inertia = k.inertia_com + Sym3::parallel_axis(c.mass, k.com);
         wrenches[i] = Force {
-            moment: inertia.mul_vec(a.angular)
-                + first_moment.cross(a.linear)
-                + omega.cross(inertia.mul_vec(omega)),
+            moment: inertia.mul_vec(a.angular) + first_moment.cross(a.linear) + omega.cross(inertia.mul_vec(omega)),
             force: a.linear * c.mass + a.angular.cross(first_moment) + omega.cross(omega.cross(first_moment)),
         };
     }

@@ -25,7 +25,9 @@ pub struct LinkKinematics<R> {
 /// Positions: rotations, origins, centres of mass and inertias of every link.
 #[inline]
 pub fn update_positions<R: Real>(constants: &[LinkConstants<R>], state: &State<R>, links: &mut [LinkKinematics<R>]) {
-    for (i, c) in constants.iter().enumerate() {
+    for at in 0..constants.len() {
+        let i = constants[at].breadth_first;
+        let c = &constants[i];
         let (rotation, origin, from_parent) = if i == 0 {
             (state.root_rotation.to_mat3(), Vec3::zero(), Vec3::zero())
         } else {
@@ -58,9 +60,6 @@ pub fn update_twists<R: Real>(constants: &[LinkConstants<R>], root: Motion<R>, l
     for i in 1..constants.len() {
         let parent = links[constants[i].parent].velocity;
         let link = &mut links[i];
-        link.velocity = Motion {
-            angular: parent.angular + link.joint_velocity,
-            linear: parent.at(link.from_parent),
-        };
+        link.velocity = Motion { angular: parent.angular + link.joint_velocity, linear: parent.at(link.from_parent) };
     }
 }

@@ -37,7 +37,11 @@ pub fn totals<R: Real>(constants: &[LinkConstants<R>], kinematics: &[LinkKinemat
 
 /// Linear momentum and angular momentum about the centre of mass `com` (relative to the root's origin).
 #[inline]
-pub fn momentum<R: Real>(constants: &[LinkConstants<R>], kinematics: &[LinkKinematics<R>], com: Vec3<R>) -> Momentum<R> {
+pub fn momentum<R: Real>(
+    constants: &[LinkConstants<R>],
+    kinematics: &[LinkKinematics<R>],
+    com: Vec3<R>,
+) -> Momentum<R> {
     let (mut linear, mut angular) = (Vec3::zero(), Vec3::zero());
     for (c, k) in constants.iter().zip(kinematics) {
         let p = k.velocity.at(k.com) * c.mass;

@@ -82,8 +82,7 @@ pub fn servo<R: Real>(
     if let (Some((low, high)), Some(spring)) = (constants.limits, limit_spring) {
         let r = joint.rotation.to_rotation_vector();
         let beyond = |x: R, low: R, high: R| (x - high).max(R::zero()) + (x - low).min(R::zero());
-        let excess =
-            Vec3::new(beyond(r.x, low.x, high.x), beyond(r.y, low.y, high.y), beyond(r.z, low.z, high.z));
+        let excess = Vec3::new(beyond(r.x, low.x, high.x), beyond(r.y, low.y, high.y), beyond(r.z, low.z, high.z));
         let violated = R::zero().lt(excess.length_squared());
         if R::any(violated) {
             let (k, d) = (R::splat(spring.stiffness), R::splat(spring.damping));

@@ -111,10 +111,7 @@ impl<R: Real> State<R> {
             && self.root_rotation.lane(index).is_finite()
             && self.root_velocity.angular.lane(index).is_finite()
             && self.root_velocity.linear.lane(index).is_finite()
-            && self
-                .joints
-                .iter()
-                .all(|j| j.rotation.lane(index).is_finite() && j.velocity.lane(index).is_finite())
+            && self.joints.iter().all(|j| j.rotation.lane(index).is_finite() && j.velocity.lane(index).is_finite())
     }
 
     /// A hash over every bit of lane `index`: equal states have equal fingerprints.

@@ -62,6 +62,21 @@ impl<R: Real> Mat3<R> {
     pub fn tr_mul_vec(&self, v: Vec3<R>) -> Vec3<R> {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
+    /// `self v + c`.
+    #[inline(always)]
+    pub fn mul_vec_add(&self, v: Vec3<R>, c: Vec3<R>) -> Vec3<R> {
+        self.z.mul_add(v.z, self.y.mul_add(v.y, self.x.mul_add(v.x, c)))
+    }
+    /// `c - self v`.
+    #[inline(always)]
+    pub fn mul_vec_sub_from(&self, v: Vec3<R>, c: Vec3<R>) -> Vec3<R> {
+        self.z.neg_mul_add(v.z, self.y.neg_mul_add(v.y, self.x.neg_mul_add(v.x, c)))
+    }
+    /// `self^T v + c`.
+    #[inline(always)]
+    pub fn tr_mul_vec_add(&self, v: Vec3<R>, c: Vec3<R>) -> Vec3<R> {
+        Vec3::new(self.x.dot_add(v, c.x), self.y.dot_add(v, c.y), self.z.dot_add(v, c.z))
+    }
     /// Matrix product.
     #[inline(always)]
     pub fn mul_mat(&self, b: &Self) -> Self {
@@ -80,6 +95,45 @@ impl<R: Real> Mat3<R> {
     #[inline(always)]
     pub fn cross_columns(a: Vec3<R>, m: &Self) -> Self {
         Self::from_columns(a.cross(m.x), a.cross(m.y), a.cross(m.z))
+    }
+    /// `a b^T`.
+    #[inline(always)]
+    pub fn outer(a: Vec3<R>, b: Vec3<R>) -> Self {
+        Self::from_columns(a * b.x, a * b.y, a * b.z)
+    }
+    /// `self + skew(a)`.
+    #[inline(always)]
+    pub fn add_skew(&self, a: Vec3<R>) -> Self {
+        let Self { x, y, z } = *self;
+        Self::from_columns(
+            Vec3::new(x.x, x.y + a.z, x.z - a.y),
+            Vec3::new(y.x - a.z, y.y, y.z + a.x),
+            Vec3::new(z.x + a.y, z.y - a.x, z.z),
+        )
+    }
+    /// `self + skew(a) m`.
+    #[inline(always)]
+    pub fn add_cross_columns(&self, a: Vec3<R>, m: &Sym3<R>) -> Self {
+        let m = m.to_mat3();
+        Self::from_columns(a.cross_add(m.x, self.x), a.cross_add(m.y, self.y), a.cross_add(m.z, self.z))
+    }
+    /// `self + m skew(a)`.
+    #[inline(always)]
+    pub fn add_mul_skew(&self, m: &Self, a: Vec3<R>) -> Self {
+        Self::from_columns(
+            m.z.neg_mul_add(a.y, m.y.mul_add(a.z, self.x)),
+            m.x.neg_mul_add(a.z, m.z.mul_add(a.x, self.y)),
+            m.y.neg_mul_add(a.x, m.x.mul_add(a.y, self.z)),
+        )
+    }
+    /// `self - a b`.
+    #[inline(always)]
+    pub fn sub_product(&self, a: &Self, b: &Self) -> Self {
+        Self::from_columns(
+            a.mul_vec_sub_from(b.x, self.x),
+            a.mul_vec_sub_from(b.y, self.y),
+            a.mul_vec_sub_from(b.z, self.z),
+        )
     }
     /// Every entry times `s`.
     #[inline(always)]
@@ -158,6 +212,11 @@ impl<R: Real> Sym3<R> {
             Vec3::new(self.xz, self.yz, self.zz),
         )
     }
+    /// `a b^T`, known to be symmetric.
+    #[inline(always)]
+    pub fn outer(a: Vec3<R>, b: Vec3<R>) -> Self {
+        Self { xx: a.x * b.x, yy: a.y * b.y, zz: a.z * b.z, xy: a.x * b.y, xz: a.x * b.z, yz: a.y * b.z }
+    }
     /// `s (|a|^2 1 - a a^T)`: what a mass `s` at `a` adds to the rotational inertia about the origin.
     #[inline(always)]
     pub fn parallel_axis(s: R, a: Vec3<R>) -> Self {
@@ -219,6 +278,89 @@ impl<R: Real> Sym3<R> {
             self.zz.mul_add(v.z, self.yz.mul_add(v.y, self.xz * v.x)),
         )
     }
+    /// `self v + c`.
+    #[inline(always)]
+    pub fn mul_vec_add(&self, v: Vec3<R>, c: Vec3<R>) -> Vec3<R> {
+        Vec3::new(
+            self.xz.mul_add(v.z, self.xy.mul_add(v.y, self.xx.mul_add(v.x, c.x))),
+            self.yz.mul_add(v.z, self.yy.mul_add(v.y, self.xy.mul_add(v.x, c.y))),
+            self.zz.mul_add(v.z, self.yz.mul_add(v.y, self.xz.mul_add(v.x, c.z))),
+        )
+    }
+    /// `self + a b`, for products known to be symmetric.
+    #[inline(always)]
+    pub fn add_product(&self, a: &Mat3<R>, b: &Mat3<R>) -> Self {
+        let entry = |c: R, r0: R, r1: R, r2: R, v: Vec3<R>| r2.mul_add(v.z, r1.mul_add(v.y, r0.mul_add(v.x, c)));
+        Self {
+            xx: entry(self.xx, a.x.x, a.y.x, a.z.x, b.x),
+            yy: entry(self.yy, a.x.y, a.y.y, a.z.y, b.y),
+            zz: entry(self.zz, a.x.z, a.y.z, a.z.z, b.z),
+            xy: entry(self.xy, a.x.x, a.y.x, a.z.x, b.y),
+            xz: entry(self.xz, a.x.x, a.y.x, a.z.x, b.z),
+            yz: entry(self.yz, a.x.y, a.y.y, a.z.y, b.z),
+        }
+    }
+    /// `self - a b`, where the sum of all such products is known to be symmetric.
+    #[inline(always)]
+    pub fn sub_product(&self, a: &Mat3<R>, b: &Mat3<R>) -> Self {
+        let entry =
+            |c: R, r0: R, r1: R, r2: R, v: Vec3<R>| r2.neg_mul_add(v.z, r1.neg_mul_add(v.y, r0.neg_mul_add(v.x, c)));
+        Self {
+            xx: entry(self.xx, a.x.x, a.y.x, a.z.x, b.x),
+            yy: entry(self.yy, a.x.y, a.y.y, a.z.y, b.y),
+            zz: entry(self.zz, a.x.z, a.y.z, a.z.z, b.z),
+            xy: entry(self.xy, a.x.x, a.y.x, a.z.x, b.y),
+            xz: entry(self.xz, a.x.x, a.y.x, a.z.x, b.z),
+            yz: entry(self.yz, a.x.y, a.y.y, a.z.y, b.z),
+        }
+    }
+    /// `self - a^T b`, for products known to be symmetric.
+    #[inline(always)]
+    pub fn sub_tr_product(&self, a: &Mat3<R>, b: &Mat3<R>) -> Self {
+        let entry = |c: R, u: Vec3<R>, v: Vec3<R>| u.z.neg_mul_add(v.z, u.y.neg_mul_add(v.y, u.x.neg_mul_add(v.x, c)));
+        Self {
+            xx: entry(self.xx, a.x, b.x),
+            yy: entry(self.yy, a.y, b.y),
+            zz: entry(self.zz, a.z, b.z),
+            xy: entry(self.xy, a.x, b.y),
+            xz: entry(self.xz, a.x, b.z),
+            yz: entry(self.yz, a.y, b.z),
+        }
+    }
+    /// `self - a b^T`, for products known to be symmetric.
+    #[inline(always)]
+    pub fn sub_outer(&self, a: Vec3<R>, b: Vec3<R>) -> Self {
+        Self {
+            xx: a.x.neg_mul_add(b.x, self.xx),
+            yy: a.y.neg_mul_add(b.y, self.yy),
+            zz: a.z.neg_mul_add(b.z, self.zz),
+            xy: a.x.neg_mul_add(b.y, self.xy),
+            xz: a.x.neg_mul_add(b.z, self.xz),
+            yz: a.y.neg_mul_add(b.z, self.yz),
+        }
+    }
+    /// `self - h skew(d) + skew(d) g^T`, where the sum is known to be symmetric: an inertia seen from another point.
+    #[inline(always)]
+    pub fn add_skew_products(&self, d: Vec3<R>, h: &Mat3<R>, g: &Mat3<R>) -> Self {
+        // Column j of -h skew(d) is h (e_j x d); row i of skew(d) g^T picks row i of d x (row of g).
+        let entry = |c: R, h1: R, d1: R, h2: R, d2: R| h2.neg_mul_add(d2, h1.mul_add(d1, c));
+        let left = Self {
+            xx: entry(self.xx, h.z.x, d.y, h.y.x, d.z),
+            yy: entry(self.yy, h.x.y, d.z, h.z.y, d.x),
+            zz: entry(self.zz, h.y.z, d.x, h.x.z, d.y),
+            xy: entry(self.xy, h.x.x, d.z, h.z.x, d.x),
+            xz: entry(self.xz, h.y.x, d.x, h.x.x, d.y),
+            yz: entry(self.yz, h.y.y, d.x, h.x.y, d.y),
+        };
+        Self {
+            xx: entry(left.xx, g.z.x, d.y, g.y.x, d.z),
+            yy: entry(left.yy, g.x.y, d.z, g.z.y, d.x),
+            zz: entry(left.zz, g.y.z, d.x, g.x.z, d.y),
+            xy: entry(left.xy, g.z.y, d.y, g.y.y, d.z),
+            xz: entry(left.xz, g.z.z, d.y, g.y.z, d.z),
+            yz: entry(left.yz, g.x.z, d.z, g.z.z, d.x),
+        }
+    }
     /// Symmetric times general matrix.
     #[inline(always)]
     pub fn mul_mat(&self, m: &Mat3<R>) -> Mat3<R> {
@@ -244,14 +386,7 @@ impl<R: Real> Sym3<R> {
     /// Every entry times `s`.
     #[inline(always)]
     pub fn scale(&self, s: R) -> Self {
-        Self {
-            xx: self.xx * s,
-            yy: self.yy * s,
-            zz: self.zz * s,
-            xy: self.xy * s,
-            xz: self.xz * s,
-            yz: self.yz * s,
-        }
+        Self { xx: self.xx * s, yy: self.yy * s, zz: self.zz * s, xy: self.xy * s, xz: self.xz * s, yz: self.yz * s }
     }
     /// `self + s 1`.
     #[inline(always)]

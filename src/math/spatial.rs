@@ -34,7 +34,7 @@ impl<R: Real> Motion<R> {
     /// Velocity of the point at `r` from the reference point.
     #[inline(always)]
     pub fn at(&self, r: Vec3<R>) -> Vec3<R> {
-        self.linear + self.angular.cross(r)
+        self.angular.cross_add(r, self.linear)
     }
     /// `self * s + b`.
     #[inline(always)]
@@ -57,7 +57,7 @@ impl<R: Real> Force<R> {
     /// The same wrench about a point from which the present reference point is at `d`.
     #[inline(always)]
     pub fn shifted(&self, d: Vec3<R>) -> Self {
-        Self { moment: self.moment + d.cross(self.force), force: self.force }
+        Self { moment: d.cross_add(self.force, self.moment), force: self.force }
     }
 }
 
@@ -106,6 +106,14 @@ pub struct Inertia<R> {
     pub linear: Sym3<R>,
 }
 
+impl<R: Real> Add for Inertia<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self { angular: self.angular + o.angular, coupling: self.coupling + o.coupling, linear: self.linear + o.linear }
+    }
+}
+
 impl<R: Real> Inertia<R> {
     /// The wrench that gives this inertia the acceleration `a`.
     #[inline(always)]
@@ -151,26 +159,21 @@ impl<R: Real> Mobility<R> {
     #[inline(always)]
     pub fn mul_force(&self, f: &Force<R>) -> Motion<R> {
         Motion {
-            angular: self.aa.mul_vec(f.moment) + self.al.mul_vec(f.force),
-            linear: self.la.mul_vec(f.moment) + self.ll.mul_vec(f.force),
+            angular: self.al.mul_vec_add(f.force, self.aa.mul_vec(f.moment)),
+            linear: self.ll.mul_vec_add(f.force, self.la.mul_vec(f.moment)),
         }
     }
     /// The motion of the other link from a wrench on this one.
     #[inline(always)]
     pub fn tr_mul_force(&self, f: &Force<R>) -> Motion<R> {
         Motion {
-            angular: self.aa.tr_mul_vec(f.moment) + self.la.tr_mul_vec(f.force),
-            linear: self.al.tr_mul_vec(f.moment) + self.ll.tr_mul_vec(f.force),
+            angular: self.la.tr_mul_vec_add(f.force, self.aa.tr_mul_vec(f.moment)),
+            linear: self.ll.tr_mul_vec_add(f.force, self.al.tr_mul_vec(f.moment)),
         }
     }
     /// Transposed block.
     #[inline(always)]
     pub fn transpose(&self) -> Self {
-        Self {
-            aa: self.aa.transpose(),
-            al: self.la.transpose(),
-            la: self.al.transpose(),
-            ll: self.ll.transpose(),
-        }
+        Self { aa: self.aa.transpose(), al: self.la.transpose(), la: self.al.transpose(), ll: self.ll.transpose() }
     }
 }

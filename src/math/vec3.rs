@@ -57,6 +57,25 @@ impl<R: Real> Vec3<R> {
             self.y.neg_mul_add(b.x, self.x * b.y),
         )
     }
+    /// `self . b + c`.
+    #[inline(always)]
+    pub fn dot_add(self, b: Self, c: R) -> R {
+        self.z.mul_add(b.z, self.y.mul_add(b.y, self.x.mul_add(b.x, c)))
+    }
+    /// `self x b + c`.
+    #[inline(always)]
+    pub fn cross_add(self, b: Self, c: Self) -> Self {
+        Self::new(
+            self.z.neg_mul_add(b.y, self.y.mul_add(b.z, c.x)),
+            self.x.neg_mul_add(b.z, self.z.mul_add(b.x, c.y)),
+            self.y.neg_mul_add(b.x, self.x.mul_add(b.y, c.z)),
+        )
+    }
+    /// `b - self * s`.
+    #[inline(always)]
+    pub fn neg_mul_add(self, s: R, b: Self) -> Self {
+        Self::new(self.x.neg_mul_add(s, b.x), self.y.neg_mul_add(s, b.y), self.z.neg_mul_add(s, b.z))
+    }
     /// `self * s + b`.
     #[inline(always)]
     pub fn mul_add(self, s: R, b: Self) -> Self {

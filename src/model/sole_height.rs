@@ -109,6 +109,29 @@ impl MotionClip {
         })
     }
 
+    /// The clip with its root lifted where the body would be below y = 0, and the largest lift, m. The lift fades in
+    /// and out over 0.15 s around each dip, so that it adds no jerk. A captured body that is thinner than the
+    /// character rolls deeper than the character can.
+    pub fn lifted_clear(&self, model: &CharacterModel) -> Result<(Self, f64), ClipError> {
+        const FADE: f64 = 0.15;
+        let heights = self.sole_heights(model, &[])?.heights;
+        let reach = (FADE * self.frame_rate).ceil() as usize;
+        let mut lifted = self.clone();
+        let mut largest = 0.0_f64;
+        for (i, pose) in lifted.poses.iter_mut().enumerate() {
+            let around = i.saturating_sub(reach)..(i + reach + 1).min(heights.len());
+            let lift = around
+                .map(|j| {
+                    let x: f64 = i.abs_diff(j) as f64 / (reach + 1) as f64;
+                    (-heights[j]).max(0.0) * (1.0 - x * x).powi(2)
+                })
+                .fold(0.0, f64::max);
+            pose.root_position.y += lift;
+            largest = largest.max(lift);
+        }
+        Ok((lifted, largest))
+    }
+
     /// Height of the lowest point of the whole body over the clip, m.
     pub fn lowest_point(&self, model: &CharacterModel) -> Result<f64, ClipError> {
         Ok(self.sole_heights(model, &[])?.lowest)

@@ -6,8 +6,8 @@ use crate::contact::{
 };
 use crate::dynamics::{
     ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
-    articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals,
-    update_positions, update_twists, update_velocities,
+    articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals, update_positions,
+    update_twists, update_velocities,
 };
 use crate::math::{Force, Mobility, Motion, Quat, Real, Vec3};
 use crate::model::SharedModel;
@@ -84,6 +84,7 @@ pub struct Simulator<R: Real> {
     pub(crate) contact: ContactScratch<R>,
     pub(crate) contact_root_position: Vec3<R>,
     accelerations: Vec<Motion<R>>,
+    root_acceleration: Motion<R>,
     predicted: Vec<Motion<R>>,
     joint_accelerations: Vec<Vec3<R>>,
 }
@@ -125,6 +126,7 @@ impl<R: Real> Simulator<R> {
             contact: ContactScratch::new(&model),
             contact_root_position: Vec3::zero(),
             accelerations: vec![Motion::zero(); n],
+            root_acceleration: Motion::zero(),
             predicted: vec![Motion::zero(); n],
             joint_accelerations: vec![Vec3::zero(); n],
             model,
@@ -238,6 +240,18 @@ impl<R: Real> Simulator<R> {
             && self.state.joints.iter().all(|j| j.velocity.lane(lane).length() < 1000.0)
     }
 
+    /// The forward dynamics of the present state and commands without contact, and nothing else: kinematics, servos,
+    /// articulated inertias, accelerations. The state stays. For timing; [`Simulator::joint_torque`] is that of this state
+    /// afterwards.
+    pub fn forward_only(&mut self) {
+        self.fresh = false;
+        self.refresh_kinematics();
+        self.run_servos();
+        self.has_wrenches = false;
+        self.articulate();
+        self.accelerate();
+    }
+
     pub(super) fn refresh_kinematics(&mut self) {
         if !self.fresh {
             update_positions(&self.constants, &self.state, &mut self.kinematics);
@@ -253,8 +267,7 @@ impl<R: Real> Simulator<R> {
 
     pub(super) fn run_servos(&mut self) {
         for i in 1..self.constants.len() {
-            self.servos[i] =
-                servo(&self.constants[i], &self.state, i, &self.commands[i], self.settings.limits, self.h);
+            self.servos[i] = servo(&self.constants[i], &self.state, i, &self.commands[i], self.settings.limits, self.h);
         }
     }
 
@@ -347,8 +360,7 @@ impl<R: Real> Simulator<R> {
             self.accelerations[i] = acceleration;
             let joint_velocity = relative.mul_add(h, k.joint_velocity);
             let parent = self.predicted[parent];
-            self.predicted[i] =
-                Motion { angular: parent.angular + joint_velocity, linear: parent.at(k.from_parent) };
+            self.predicted[i] = Motion { angular: parent.angular + joint_velocity, linear: parent.at(k.from_parent) };
         }
         for group in &mut self.contact.groups {
             group.velocity = self.predicted[group.link];
@@ -377,7 +389,7 @@ impl<R: Real> Simulator<R> {
         for &i in self.contact.mobility.support()[1..].iter().rev() {
             let wrench = self.wrenches[i];
             let link = &mut self.articulated[i];
-            link.drive += wrench.moment;
+            link.drive = link.joint_mobility.mul_vec_add(wrench.moment, link.drive);
             let passed = link.pass_up(self.kinematics[i].from_parent, &wrench);
             self.wrenches[self.constants[i].parent] += passed;
         }
@@ -385,7 +397,7 @@ impl<R: Real> Simulator<R> {
     }
 
     pub(super) fn accelerate(&mut self) {
-        forward_accelerations(
+        self.root_acceleration = forward_accelerations(
             &self.constants,
             &self.kinematics,
             &self.articulated,
@@ -397,7 +409,7 @@ impl<R: Real> Simulator<R> {
     }
 
     pub(super) fn integrate(&mut self) {
-        integrate(&self.accelerations[0], &self.joint_accelerations, self.h, &mut self.state);
+        integrate(&self.root_acceleration, &self.joint_accelerations, self.h, &mut self.state);
     }
 
     /// Makes the momentum of the new state equal to the old one plus what gravity, contacts and pushes gave.

@@ -3,4 +3,7 @@
 mod samcon;
 mod samcon_cost;
 
-pub use samcon::{Progress, ReconstructError, ReconstructOptions, Reconstruction, ReconstructionReport, reconstruct};
+pub use samcon::{
+    Progress, ReconstructError, ReconstructOptions, Reconstruction, ReconstructionReport, STIFF_GAINS, Tolerance,
+    reconstruct,
+};

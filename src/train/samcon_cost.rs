@@ -37,7 +37,7 @@ impl Default for CostScales {
             height: 0.05,
             root_angle: 0.15,
             root_velocity: 1.0,
-            com_velocity: 0.25,
+            com_velocity: 0.12,
             ends: 0.08,
         }
     }

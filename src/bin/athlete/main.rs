@@ -1,1 +1,50 @@
-fn main(){}
+//! `athlete`: simulation, reconstruction, export and timing of bevy_athlete's characters, without a window.
+
+mod bench;
+mod export_mjcf;
+mod info;
+mod output;
+mod reconstruct;
+mod simulate;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Simulated athletes on the command line.
+///
+/// Exit codes: 0 success, 1 failure, 2 wrong arguments, 3 a control was found and written but follows its clip worse than
+/// asked (reconstruct).
+#[derive(Debug, Parser)]
+#[command(name = "athlete", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulate a character that performs a motion (plain stable PD) or replays a control
+    Simulate(simulate::Simulate),
+    /// Search for a control whose simulation follows a motion
+    Reconstruct(reconstruct::Reconstruct),
+    /// Write a character or the character of a benchmark scene as a MuJoCo model
+    ExportMjcf(export_mjcf::ExportMjcf),
+    /// Show links, masses, joints and contact points of a character
+    Info(info::Info),
+    /// Time the simulation in the shared scenes
+    Bench(bench::Bench),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Simulate(command) => command.run(),
+        Command::Reconstruct(command) => command.run(),
+        Command::ExportMjcf(command) => command.run(),
+        Command::Info(command) => command.run(),
+        Command::Bench(command) => command.run(),
+    };
+    result.unwrap_or_else(|failure| {
+        output::complain(&format!("error: {failure}"));
+        ExitCode::FAILURE
+    })
+}

@@ -1,0 +1,205 @@
+//! `athlete reconstruct`: from a motion to a control whose simulation follows it.
+
+use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::simulate::draw;
+use bevy_athlete::cli::{
+    FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, load_character, load_motion, perform,
+};
+use bevy_athlete::sim::{BuildInfo, SimulationSettings};
+use bevy_athlete::train::{ReconstructOptions, reconstruct};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Largest distance of the root that meets what is asked, m.
+const WORST_ROOT: f64 = 0.3;
+/// Mean joint error that meets what is asked, degrees.
+const MEAN_JOINT: f64 = 15.0;
+/// Exit code of a control that was written but follows worse than that.
+const FOLLOWS_BADLY: u8 = 3;
+/// Over how long the ends of a cycle are blended, s.
+const SEAM: f64 = 0.2;
+
+#[derive(Debug, Args)]
+pub struct Reconstruct {
+    /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
+    #[arg(long)]
+    character: String,
+    /// Motion to follow: a .bvh or .clip.ron file
+    #[arg(long)]
+    clip: PathBuf,
+    /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default ice for a character with blades, else ground
+    #[arg(long)]
+    world: Option<WorldSpec>,
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// Where to write the control (.control.ron)
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Repeat the motion so many times, straight on
+    #[arg(long, default_value_t = 1)]
+    cycles: usize,
+    /// Samples in a window
+    #[arg(long, default_value_t = ReconstructOptions::default().samples)]
+    samples: usize,
+    /// States kept after a window
+    #[arg(long, default_value_t = ReconstructOptions::default().keep)]
+    keep: usize,
+    /// Standard deviation of the offsets to the targets, rad
+    #[arg(long, default_value_t = ReconstructOptions::default().deviation)]
+    deviation: f64,
+    /// Stiffness of all servos, N m/rad, instead of the character's
+    #[arg(long, requires = "kd")]
+    kp: Option<f64>,
+    /// Damping of all servos, N m s/rad, instead of the character's
+    #[arg(long, requires = "kp")]
+    kd: Option<f64>,
+    /// Seed: the same one gives the same control, whatever the number of threads
+    #[arg(long, default_value_t = ReconstructOptions::default().seed)]
+    seed: u64,
+    /// Searches that may be made until one is close enough: the second with stiff servos, the third with more samples
+    #[arg(long, default_value_t = ReconstructOptions::default().attempts)]
+    attempts: usize,
+    /// Threads; by default one for each core
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Write a storyboard (PNG) of the result
+    #[arg(long)]
+    storyboard: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Reconstruct {
+    pub fn run(&self) -> Outcome {
+        let defaults = ReconstructOptions::default();
+        let gains = self.kp.zip(self.kd);
+        if let Some((kp, kd)) = gains
+            && !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd))
+        {
+            return Err(format!("--kp {kp} --kd {kd}: valid is 0 to 1e6 each").into());
+        }
+        if !(1..=10_000).contains(&self.cycles) {
+            return Err(format!("--cycles {}: valid is 1 to 10000", self.cycles).into());
+        }
+        let model = load_character(&self.character)?;
+        let mut clip = load_motion(&self.clip, self.map.as_deref(), &model)?;
+        if self.cycles > 1 {
+            clip = clip.repeated_straight(self.cycles, SEAM)?;
+        }
+        let lift;
+        (clip, lift) = clip.lifted_clear(&model)?;
+        if clip.duration() > 3600.0 {
+            let found = clip.duration();
+            return Err(format!("{}: {found:.0} s after repetition; valid is up to 3600 s", self.clip.display()).into());
+        }
+        // A place that cannot be written is better found before the search than after it.
+        if let Some(path) = &self.out {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+            if folder.is_some_and(|p| !p.is_dir()) || path.is_dir() {
+                return Err(format!("--out {}: valid is a file in an existing folder", path.display()).into());
+            }
+        }
+        let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
+        let options = ReconstructOptions {
+            samples: self.samples,
+            keep: self.keep,
+            deviation: self.deviation,
+            gains,
+            seed: self.seed,
+            attempts: self.attempts,
+            threads: self.threads.unwrap_or(defaults.threads),
+            ..defaults
+        };
+        let build = BuildInfo::current();
+        if !self.json {
+            say(&build.to_string())?;
+            say(&format!("{} on {world} follows {} ({:.2} s)", model.name, clip.name, clip.duration()))?;
+            if lift > 0.001 {
+                say(&format!("root lifted by up to {lift:.3} m where the clip is below the ground"))?;
+            }
+        }
+
+        let bar = bar(1, "reconstruct");
+        let begin = Instant::now();
+        let found = reconstruct(&model, &world.world(), &world.to_string(), &clip, &options, |news| {
+            bar.set_length(news.windows as u64);
+            bar.set_position(news.window as u64 + 1);
+            bar.set_message(format!("attempt {}: best cost {:.2}, went back {} times", news.attempt + 1, news.cost, news.backtracks));
+            true
+        });
+        bar.finish_and_clear();
+        let found = found.map_err(|error| format!("{}: {error}", self.clip.display()))?;
+        let taken = begin.elapsed().as_secs_f64();
+        if let Some(path) = &self.out {
+            found.control.save(path)?;
+        }
+
+        // Replayed as `simulate --control` would.
+        let script = Script::Control(Box::new(found.control));
+        let replay =
+            PerformOptions { settings: SimulationSettings::of(&model), seconds: None, kp: None, kd: None, pushes: vec![] };
+        let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(script.seconds(), true));
+        let report = perform(&model, &world.world(), &script, &replay, |sim, reference| {
+            if let Some(frames) = &mut frames {
+                frames.look(sim, reference);
+            }
+            Ok(())
+        })?;
+        if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
+            draw(path, &model, frames, world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
+        }
+
+        let meets = report.fell_at.is_none() && report.worst_root_m <= WORST_ROOT && report.mean_joint_deg < MEAN_JOINT;
+        let backtracks = found.report.backtracks;
+        if self.json {
+            let mut value = serde_json::to_value(&report)?;
+            let rest = json!({
+                "build": build, "character": model.name, "world": world.to_string(), "clip": clip.name,
+                "taken_s": taken, "backtracks": backtracks, "meets": meets, "seed": self.seed,
+                "samples": self.samples, "keep": self.keep, "threads": options.threads,
+                "out": self.out, "storyboard": self.storyboard,
+            });
+            if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
+                value.extend(rest);
+            }
+            say_json(&value)?;
+        } else {
+            self.print(&report, taken, backtracks)?;
+        }
+        if meets {
+            if !self.json {
+                say(&format!("meets            no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees"))?;
+            }
+            return Ok(ExitCode::SUCCESS);
+        }
+        complain(&format!(
+            "warning: follows worse than asked (no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees); \
+             more --samples, another --seed or --deviation may help"
+        ));
+        Ok(ExitCode::from(FOLLOWS_BADLY))
+    }
+
+    fn print(&self, report: &PerformanceReport, taken: f64, backtracks: usize) -> Result<(), Box<dyn std::error::Error>> {
+        say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
+        say(&format!("motion           {:.3} s", report.seconds))?;
+        match (report.fell_at, report.fall) {
+            (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
+            _ => say("fell             no")?,
+        }
+        say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
+        say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
+        say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
+        say(&format!("final state      {}", report.fingerprint))?;
+        for (what, path) in [("control", &self.out), ("storyboard", &self.storyboard)] {
+            if let Some(path) = path {
+                say(&format!("{what:<16} {}", path.display()))?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! Characters and motions by name or file.
+
+use crate::asset::bvh::Bvh;
+use crate::asset::clip::MotionClip;
+use crate::asset::joint_map::JointMap;
+use crate::asset::{AssetError, Character};
+use crate::model::{CharacterModel, PRESET_NAMES, SharedModel, import_bvh, preset};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Why an input was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// Neither the name of a preset nor a file.
+    #[error("character `{name}`: no such preset and no such file; valid: {valid}, or the path of a .character.ron file")]
+    NoCharacter {
+        /// What was given.
+        name: String,
+        /// Names of the presets.
+        valid: String,
+    },
+    /// The character file is wrong.
+    #[error(transparent)]
+    Character(#[from] AssetError),
+    /// The file cannot be used.
+    #[error("{}: {reason}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file has a name that says nothing about what it holds.
+    #[error("{}: not a motion by its name; valid: a file that ends in .bvh or .ron (a clip)", file.display())]
+    Kind {
+        /// The file.
+        file: PathBuf,
+    },
+    /// No built-in joint map knows the skeleton.
+    #[error("{}: no built-in joint map fits this skeleton (joints: {joints}); give one by --map FILE", file.display())]
+    NoMap {
+        /// The file.
+        file: PathBuf,
+        /// Joints of the file.
+        joints: String,
+    },
+    /// A text that should be a world.
+    #[error("world `{found}`: {reason}; valid: {}", super::WorldSpec::VALID)]
+    World {
+        /// What was given.
+        found: String,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// A text that should be a push.
+    #[error("push `{found}`: {reason}; valid: {}", super::Push::VALID)]
+    Push {
+        /// What was given.
+        found: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl InputError {
+    fn file(file: &Path, reason: impl std::fmt::Display) -> Self {
+        Self::File { file: file.to_path_buf(), reason: reason.to_string() }
+    }
+}
+
+/// The preset of this name, or the character in the file at this path.
+pub fn load_character(name: &str) -> Result<SharedModel, InputError> {
+    if let Some(model) = preset(name) {
+        return Ok(model);
+    }
+    if !Path::new(name).is_file() {
+        return Err(InputError::NoCharacter { name: name.to_owned(), valid: PRESET_NAMES.join(", ") });
+    }
+    let character = Character::read(name)?;
+    Ok(Arc::new(CharacterModel::build(&character).map_err(AssetError::from)?))
+}
+
+/// The motion in a `.bvh` file (put onto the character as `map` says, by default the built-in map that knows the
+/// skeleton) or in a clip file (`.clip.ron`), named after the file and checked against the character.
+pub fn load_motion(file: &Path, map: Option<&Path>, model: &CharacterModel) -> Result<MotionClip, InputError> {
+    let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let clip = match ending.as_str() {
+        "bvh" => {
+            let bvh = Bvh::load(file).map_err(|e| InputError::file(file, e))?;
+            let map = match map {
+                Some(path) => JointMap::load(path).map_err(|e| InputError::file(path, e))?,
+                None => JointMap::detect(&bvh).ok_or_else(|| InputError::NoMap {
+                    file: file.to_path_buf(),
+                    joints: bvh.joints().iter().take(40).map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
+                })?,
+            };
+            let mut clip = import_bvh(&bvh, &map, model).map_err(|e| InputError::file(file, e))?;
+            if let Some(stem) = file.file_stem() {
+                clip.name = stem.to_string_lossy().into_owned();
+            }
+            clip
+        }
+        "ron" => MotionClip::load(file).map_err(|e| InputError::file(file, e))?,
+        _ => return Err(InputError::Kind { file: file.to_path_buf() }),
+    };
+    clip.to_model(model).map_err(|e| InputError::file(file, e))?;
+    Ok(clip)
+}

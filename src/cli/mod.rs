@@ -1,0 +1,28 @@
+//! What the `athlete` command line is made of, for programs that want the same (feature `cli`).
+//!
+//! | item | what it does |
+//! | --- | --- |
+//! | [`load_character`] | a preset's name or a `.character.ron` file to a model |
+//! | [`load_motion`] | a `.bvh` or `.clip.ron` file to a clip for a character |
+//! | [`WorldSpec`] | the worlds that have a name: `ice`, `ground`, `slope:10` ... |
+//! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
+//! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
+//! | [`FrameRecorder`] | instants of a performance for a storyboard |
+//! | [`time_scene`] | microseconds per character and step |
+//! | [`character_table`] | links, masses, joints and contact points as plain data |
+
+mod frames;
+mod info;
+mod input;
+mod perform;
+mod push;
+mod timing;
+mod world_spec;
+
+pub use frames::FrameRecorder;
+pub use info::{CharacterTable, LinkRow, PointRow, character_table};
+pub use input::{InputError, load_character, load_motion};
+pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
+pub use push::Push;
+pub use timing::{BenchRow, LANE_NAMES, time_scene};
+pub use world_spec::WorldSpec;
