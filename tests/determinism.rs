@@ -15,8 +15,8 @@ use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use common::*;
 use glam::{DQuat, DVec3};
 
-const SKATER_ON_ICE: u64 = 0xaa12_393d_379b_773c;
-const FOOT_HUMAN_ON_GROUND: u64 = 0x2a1b_231c_708b_a544;
+const SKATER_ON_ICE: u64 = 0xc1df_bea8_bde5_38a4;
+const FOOT_HUMAN_ON_GROUND: u64 = 0xe426_5b1e_d9c3_1702;
 
 fn new<R: Real>(model: &SharedModel) -> Simulator<R> {
     Simulator::new(model.clone(), SimulationSettings::of(model))
