@@ -3,6 +3,8 @@ pub mod asset;
 pub mod contact;
 pub mod control;
 pub mod dynamics;
+#[cfg(feature = "engine")]
+pub mod engine;
 pub mod math;
 pub mod model;
 pub mod sim;
