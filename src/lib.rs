@@ -1,4 +1,6 @@
 #![allow(missing_docs)]
+#[cfg(feature = "app")]
+pub mod app;
 pub mod asset;
 pub mod contact;
 pub mod control;
