@@ -1,10 +1,14 @@
 #![allow(missing_docs)]
+#[cfg(feature = "app")]
+pub mod app;
 pub mod asset;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod contact;
 pub mod control;
 pub mod dynamics;
+#[cfg(feature = "engine")]
+pub mod engine;
 pub mod math;
 pub mod model;
 pub mod scenes;

@@ -29,6 +29,7 @@ pub struct ModelVelocity {
 
 /// Place of a link in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "engine", derive(bevy::reflect::Reflect))]
 pub struct LinkTransform {
     /// Position of the link's joint, world frame, m.
     pub position: DVec3,

@@ -1,0 +1,72 @@
+//! The demo: a rink, a skater simulated on it, the reference it follows as a ghost beside it. Feature `app`.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `options` | the command line |
+//! | `scene` | what is simulated, the same in the window and without one |
+//! | `headless` | the scene without Bevy: summary table and storyboard |
+//! | `window` | the Bevy app: plugins, quality, the skater, keys |
+//! | `screenshot` | renders some frames, saves a picture and ends |
+//! | `rink` | ice, markings, boards, light |
+//! | `scenery` | snow, trees and hills around it |
+//! | `reflection` | the mirror image of the skater in the ice |
+//! | `tracks` | the lines that the blades leave |
+//! | `camera` | the orbit camera |
+//! | `panel` | the panel: a function of `&mut egui::Ui` |
+
+mod camera;
+mod headless;
+mod options;
+mod panel;
+mod reflection;
+mod rink;
+mod scene;
+mod scenery;
+mod screenshot;
+mod tracks;
+mod window;
+
+pub use camera::OrbitCamera;
+pub use headless::{Summary, run_headless, simulate};
+pub use options::DemoOptions;
+pub use panel::{PanelView, panel};
+pub use scene::{DemoScene, SceneError};
+pub use window::run_window;
+
+use std::process::ExitCode;
+
+/// Runs the demo as the command line asks for: in a window, to a picture, or headless. Without a display it says so and
+/// runs headless.
+pub fn run(options: &DemoOptions) -> ExitCode {
+    let scene = match DemoScene::load(options.control.as_deref()) {
+        Ok(scene) => scene,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    if !options.headless && (options.screenshot.is_some() || has_display()) {
+        return run_window(scene, options);
+    }
+    if !options.headless {
+        println!("no display (neither DISPLAY nor WAYLAND_DISPLAY is set): running the scene headless");
+    }
+    match run_headless(&scene, &options.storyboard) {
+        Ok(summary) => {
+            print!("{summary}");
+            println!("storyboard written to {}", options.storyboard.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether a window can be opened. Systems other than Unix ones with X11 or Wayland always have a display.
+pub fn has_display() -> bool {
+    let needs_server = cfg!(all(unix, not(any(target_os = "macos", target_os = "android", target_os = "ios"))));
+    let named = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !needs_server || named("DISPLAY") || named("WAYLAND_DISPLAY")
+}

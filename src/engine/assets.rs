@@ -1,0 +1,124 @@
+//! Characters and controls as assets.
+
+use crate::asset::Character;
+use crate::control::ReconstructedControl;
+use crate::engine::LoadError;
+use crate::model::{CharacterModel, PRESET_NAMES, SharedModel, preset, preset_source};
+use bevy::asset::io::Reader;
+use bevy::asset::io::embedded::EmbeddedAssetRegistry;
+use bevy::asset::{AssetLoader, LoadContext};
+use bevy::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A character, validated and built.
+#[derive(Asset, TypePath, Clone, Debug)]
+pub struct CharacterAsset {
+    /// The model, shared by all athletes of this character.
+    pub model: SharedModel,
+}
+
+impl CharacterAsset {
+    /// One of the characters that come with the crate: `skater`, `foot_human`, `two_segment_human` or `runner`.
+    pub fn preset(name: &str) -> Option<Self> {
+        preset(name).map(|model| Self { model })
+    }
+}
+
+/// An open-loop control: a clip and the offsets that make the simulation follow it.
+#[derive(Asset, TypePath, Clone, Debug)]
+pub struct ControlAsset {
+    /// The control as saved, in the character's own frame.
+    pub control: Arc<ReconstructedControl>,
+}
+
+impl From<ReconstructedControl> for ControlAsset {
+    fn from(control: ReconstructedControl) -> Self {
+        Self { control: Arc::new(control) }
+    }
+}
+
+/// Loads `*.character.ron`.
+#[derive(Default, TypePath)]
+pub struct CharacterLoader;
+
+impl AssetLoader for CharacterLoader {
+    type Asset = CharacterAsset;
+    type Settings = ();
+    type Error = LoadError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<CharacterAsset, LoadError> {
+        let (file, bytes) = read(reader, context).await?;
+        let character = Character::parse(&file, &bytes)?;
+        let model = CharacterModel::build(&character).map_err(|e| LoadError::Character(e.into()))?;
+        Ok(CharacterAsset { model: Arc::new(model) })
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["character.ron"]
+    }
+}
+
+/// Loads `*.control.ron`.
+#[derive(Default, TypePath)]
+pub struct ControlLoader;
+
+impl AssetLoader for ControlLoader {
+    type Asset = ControlAsset;
+    type Settings = ();
+    type Error = LoadError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<ControlAsset, LoadError> {
+        let (file, bytes) = read(reader, context).await?;
+        // Bytes that are not text cannot be a control; the parser says where it stops making sense.
+        let text = String::from_utf8_lossy(&bytes);
+        let control = ReconstructedControl::from_ron(&text, &file);
+        Ok(control.map_err(|source| LoadError::Control { file, source })?.into())
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["control.ron"]
+    }
+}
+
+/// The path for messages, and all bytes.
+async fn read(reader: &mut dyn Reader, context: &LoadContext<'_>) -> Result<(String, Vec<u8>), LoadError> {
+    let file = context.path().to_string();
+    let mut bytes = Vec::new();
+    match reader.read_to_end(&mut bytes).await {
+        Ok(_) => Ok((file, bytes)),
+        Err(source) => Err(LoadError::Read { file, source }),
+    }
+}
+
+/// Asset types, their loaders, and the characters of the crate as `embedded://bevy_athlete/NAME.character.ron`.
+///
+/// Without an `AssetPlugin` before it (a server that adds its own files to nothing) only the types are missing: add
+/// `AssetPlugin` first.
+#[derive(Debug, Default)]
+pub struct AthleteAssetPlugin;
+
+impl Plugin for AthleteAssetPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_asset::<CharacterAsset>()
+            .init_asset::<ControlAsset>()
+            .init_asset_loader::<CharacterLoader>()
+            .init_asset_loader::<ControlLoader>();
+        if let Some(embedded) = app.world().get_resource::<EmbeddedAssetRegistry>() {
+            for (file, text) in PRESET_NAMES.iter().filter_map(|name| preset_source(name)) {
+                let path = Path::new("bevy_athlete").join(file);
+                embedded.insert_asset(PathBuf::from(file), &path, text.as_bytes());
+            }
+        }
+    }
+}

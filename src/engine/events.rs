@@ -1,0 +1,107 @@
+//! What happens to athletes. Each type is a [`Message`] (read it with a `MessageReader`) and an entity event (observe it
+//! with `app.add_observer` or `entity.observe`); both arrive in the fixed tick it happened in.
+
+use crate::contact::BladeEdge;
+use crate::engine::AthleteRefusal;
+use bevy::math::DVec3;
+use bevy::prelude::*;
+
+/// Asks for an athlete to be put back to the start of its control, at rest where it holds a pose. Lifts a quarantine.
+/// Trigger it or write it as a message; it acts in the next [`AthleteSystems::Control`](super::AthleteSystems::Control).
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct AthleteReset {
+    /// The athlete.
+    pub entity: Entity,
+    /// A new place to start from; `None` keeps the one it has.
+    pub placement: Option<Transform>,
+}
+
+impl AthleteReset {
+    /// Back to the start, where it was spawned.
+    pub fn new(entity: Entity) -> Self {
+        Self { entity, placement: None }
+    }
+    /// To the start of its control at another place.
+    pub fn at(entity: Entity, placement: Transform) -> Self {
+        Self { entity, placement: Some(placement) }
+    }
+}
+
+/// A blade changed its edge and stayed on the new one for 10 ms.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct BladeEdgeChanged {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time of the change since the start of the control, s.
+    pub time: f64,
+    /// Index of the blade in the character.
+    pub blade: usize,
+    /// The edge before.
+    pub from: BladeEdge,
+    /// The edge now.
+    pub to: BladeEdge,
+}
+
+/// The last contact with the world was lost, and nothing touched it again for 20 ms.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct TakeOff {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time of the last contact, s.
+    pub time: f64,
+    /// Velocity of the centre of mass when the take-off was certain, world axes, m/s.
+    pub velocity: DVec3,
+}
+
+/// The first contact after a [`TakeOff`].
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct Landing {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time of the contact, s.
+    pub time: f64,
+    /// Time since the last contact before, s.
+    pub airtime: f64,
+    /// Velocity of the centre of mass, world axes, m/s.
+    pub velocity: DVec3,
+}
+
+/// The trunk or the head touches the world, and the centre of mass is below half its standing height above it. Told once
+/// until the athlete is up again or is reset.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct AthleteFell {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Index of the link that touched.
+    pub link: usize,
+}
+
+/// The control has been played to its end; the last targets are held.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct ControlFinished {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+}
+
+/// The state of an athlete is no longer a number or far outside what the step is made for: it is stopped at its last good
+/// pose. The others go on. [`AthleteReset`] starts it anew.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct AthleteQuarantined {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time at the end of the tick, s.
+    pub time: f64,
+}
+
+/// An athlete, a new controller or a new placement was refused.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq)]
+pub struct AthleteRefused {
+    /// The athlete.
+    pub entity: Entity,
+    /// Why.
+    pub reason: AthleteRefusal,
+}

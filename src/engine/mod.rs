@@ -1,0 +1,91 @@
+//! The Bevy plugins: spawn an athlete with one component, and it is simulated.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_athlete::engine::*;
+//!
+//! fn spawn(mut commands: Commands, assets: Res<AssetServer>) {
+//!     commands.spawn((
+//!         Athlete(assets.load("characters/skater.character.ron")),
+//!         AthleteController::Play(assets.load("demo/stroking.control.ron")),
+//!         Transform::from_xyz(0.0, 0.0, 10.0),
+//!     ));
+//! }
+//! # fn main() { App::new().add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins)).add_systems(Startup, spawn); }
+//! ```
+//!
+//! # Plugins
+//! [`AthletePlugins`] is this group; each member can be left out or replaced:
+//!
+//! | plugin | feature | what it adds |
+//! | --- | --- | --- |
+//! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`] and [`ControlAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
+//! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
+//! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
+//! | [`AthleteRenderPlugin`] | `render` | meshes for the shapes of every link, the ghost of the reference |
+//!
+//! # Time
+//! Athletes step in `FixedPostUpdate`, in the chained sets [`AthleteSystems`]. The fixed timestep stays yours (64 Hz unless
+//! you change it). A character has a rate of its own (1200 Hz for the skater), so a fixed tick runs as many whole steps as
+//! are due: 18 or 19 at 64 Hz. What is due is counted in integers: simulated time never drifts from `Time<Fixed>`, and
+//! the same number of ticks gives the same bits, however long the frames were. Between ticks poses are interpolated in
+//! `RunFixedMainLoop`, after the fixed ticks and before `Update`.
+//!
+//! # Transforms
+//! The `Transform` at spawn is where the character's own frame lies in the world: the place on the ground it starts from
+//! and the direction it faces (tilt is ignored, a scale other than one is refused). From then on the `Transform` is written:
+//! it is that of the root link. To move an athlete, trigger [`AthleteReset`] with a placement.
+//!
+//! # Words
+//! | name | kind | |
+//! | --- | --- | --- |
+//! | [`Athlete`] | component | spawns an athlete |
+//! | [`AthleteController`] | component | what tells its joints where to go |
+//! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
+//! | [`AthleteSettings`] | component | switches of one athlete |
+//! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
+//! | [`LinkPoses`] | component | where its links are |
+//! | [`AthleteWorld`] | resource | what all athletes stand on |
+//! | [`PlaybackSpeed`] | resource | pause and slow motion |
+//! | [`AthleteReset`] | event, message | back to the start |
+//! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+
+mod assets;
+mod body;
+mod components;
+mod errors;
+mod events;
+mod placement;
+mod playback;
+mod plugin;
+mod poses;
+mod spawn;
+mod systems;
+mod watch;
+
+#[cfg(feature = "render")]
+mod ghost;
+#[cfg(feature = "render")]
+mod look;
+#[cfg(feature = "render")]
+mod rounded_box;
+#[cfg(feature = "render")]
+mod visuals;
+
+pub use assets::{AthleteAssetPlugin, CharacterAsset, CharacterLoader, ControlAsset, ControlLoader};
+pub use body::{AthleteBody, BodyStatus};
+pub use components::{Athlete, AthleteController, AthleteSettings, AthleteTargets, AthleteWorld};
+pub use errors::{AthleteRefusal, LoadError, Refused};
+pub use events::{
+    AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing, TakeOff,
+};
+#[cfg(feature = "render")]
+pub use ghost::AthleteGhost;
+#[cfg(feature = "render")]
+pub use look::AthleteLook;
+pub use placement::Placement;
+pub use playback::{AthletePlaybackPlugin, PlaybackSpeed};
+pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
+pub use poses::LinkPoses;
+#[cfg(feature = "render")]
+pub use visuals::{AthleteRenderPlugin, LinkVisual};

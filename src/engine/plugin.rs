@@ -1,0 +1,78 @@
+//! The plugin group, the system sets and the core plugin.
+
+use crate::engine::{
+    Athlete, AthleteAssetPlugin, AthleteController, AthleteFell, AthletePlaybackPlugin, AthleteQuarantined,
+    AthleteRefused, AthleteReset, AthleteSettings, AthleteTargets, AthleteWorld, BladeEdgeChanged, ControlFinished,
+    Landing, LinkPoses, PlaybackSpeed, TakeOff, spawn, systems,
+};
+use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
+use bevy::prelude::*;
+
+/// What an athlete goes through in a fixed tick: chained sets in `FixedPostUpdate`, and one before `Update`.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AthleteSystems {
+    /// The world is brought up to date ([`AthleteWorld`]), athletes whose files have arrived get their bodies.
+    ReadWorld,
+    /// Controllers, resets and targets are handed to the bodies.
+    Control,
+    /// All bodies step.
+    Step,
+    /// Poses are written and events told.
+    WriteBack,
+    /// In `RunFixedMainLoop`, after the fixed ticks: poses between ticks, the athlete's `Transform`.
+    Interpolate,
+}
+
+/// All plugins of this crate; the table is in the [module's documentation](crate::engine).
+#[derive(Debug, Default)]
+pub struct AthletePlugins;
+
+impl PluginGroup for AthletePlugins {
+    fn build(self) -> PluginGroupBuilder {
+        let group = PluginGroupBuilder::start::<Self>()
+            .add(AthleteAssetPlugin)
+            .add(AthleteSimulationPlugin)
+            .add(AthletePlaybackPlugin);
+        #[cfg(feature = "render")]
+        let group = group.add(crate::engine::AthleteRenderPlugin);
+        group
+    }
+}
+
+/// Bodies, stepping, write-back, events, interpolation.
+#[derive(Debug, Default)]
+pub struct AthleteSimulationPlugin;
+
+impl Plugin for AthleteSimulationPlugin {
+    fn build(&self, app: &mut App) {
+        use AthleteSystems::{Control, Interpolate, ReadWorld, Step, WriteBack};
+        app.init_resource::<AthleteWorld>()
+            .register_type::<Athlete>()
+            .register_type::<AthleteController>()
+            .register_type::<AthleteSettings>()
+            .register_type::<AthleteTargets>()
+            .register_type::<LinkPoses>()
+            .register_type::<PlaybackSpeed>()
+            .add_message::<AthleteReset>()
+            .add_message::<BladeEdgeChanged>()
+            .add_message::<TakeOff>()
+            .add_message::<Landing>()
+            .add_message::<AthleteFell>()
+            .add_message::<ControlFinished>()
+            .add_message::<AthleteQuarantined>()
+            .add_message::<AthleteRefused>()
+            .add_observer(systems::note_reset)
+            .configure_sets(FixedPostUpdate, (ReadWorld, Control, Step, WriteBack).chain())
+            .configure_sets(RunFixedMainLoop, Interpolate.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
+            .add_systems(
+                FixedPostUpdate,
+                (
+                    spawn::build_bodies.in_set(ReadWorld),
+                    (spawn::change_controllers, systems::reset_bodies, systems::read_wishes).chain().in_set(Control),
+                    systems::step_bodies.in_set(Step),
+                    (systems::write_poses, systems::tell).chain().in_set(WriteBack),
+                ),
+            )
+            .add_systems(RunFixedMainLoop, systems::interpolate_poses.in_set(Interpolate));
+    }
+}
