@@ -4,7 +4,7 @@ use crate::asset::bvh::Bvh;
 use crate::asset::clip::MotionClip;
 use crate::asset::joint_map::JointMap;
 use crate::asset::{AssetError, Character};
-use crate::model::{CharacterModel, PRESET_NAMES, SharedModel, import_bvh, preset};
+use crate::model::{CharacterModel, KeyPoses, PRESET_NAMES, SharedModel, import_bvh, preset};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ pub enum InputError {
         reason: String,
     },
     /// The file has a name that says nothing about what it holds.
-    #[error("{}: not a motion by its name; valid: a file that ends in .bvh or .ron (a clip)", file.display())]
+    #[error("{}: not a motion by its name; valid: a file that ends in .bvh, .clip.ron or .keyposes.ron", file.display())]
     Kind {
         /// The file.
         file: PathBuf,
@@ -82,7 +82,7 @@ pub fn load_character(name: &str) -> Result<SharedModel, InputError> {
 }
 
 /// The motion in a `.bvh` file (put onto the character as `map` says, by default the built-in map that knows the
-/// skeleton) or in a clip file (`.clip.ron`), named after the file and checked against the character.
+/// skeleton), in a clip file (`.clip.ron`) or in key poses (`.keyposes.ron`), named after the file and checked against the character.
 pub fn load_motion(file: &Path, map: Option<&Path>, model: &CharacterModel) -> Result<MotionClip, InputError> {
     let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let clip = match ending.as_str() {
@@ -100,6 +100,10 @@ pub fn load_motion(file: &Path, map: Option<&Path>, model: &CharacterModel) -> R
                 clip.name = stem.to_string_lossy().into_owned();
             }
             clip
+        }
+        "ron" if file.to_string_lossy().ends_with(".keyposes.ron") => {
+            let poses = KeyPoses::load(file).map_err(|e| InputError::file(file, e))?;
+            poses.to_clip(model).map_err(|e| InputError::file(file, e))?
         }
         "ron" => MotionClip::load(file).map_err(|e| InputError::file(file, e))?,
         _ => return Err(InputError::Kind { file: file.to_path_buf() }),

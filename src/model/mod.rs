@@ -2,6 +2,7 @@
 
 mod build;
 mod character_model;
+mod key_poses;
 mod mass;
 mod mjcf;
 mod model_clip;
@@ -14,6 +15,7 @@ pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
 };
+pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};
 pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
 pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};

@@ -33,7 +33,7 @@ impl Default for CostScales {
         Self {
             joint: 0.20,
             joint_velocity: 3.0,
-            root: 0.10,
+            root: 0.07,
             height: 0.05,
             root_angle: 0.15,
             root_velocity: 1.0,

@@ -1,0 +1,277 @@
+//! Key poses written by hand: a pose every few tenths of a second, by joint name, in degrees.
+//!
+//! Angles are the components of each joint's rotation vector in the character frame (X to the right, Y up, Z backwards; the
+//! character faces -Z). For a skater or runner standing upright: `+x` bends the hip, shoulder and elbow forwards and
+//! lifts the toes, `-x` bends the knee and the trunk forwards, `+y` turns to the left, `+z` tilts to the left (a hanging
+//! arm or leg goes to the right).
+//!
+//! Poses become a clip by Catmull-Rom curves through the angles. The body travels along -Z at the file's speed; its
+//! height is such that the lowest contact point is on the ground, or given.
+
+use crate::asset::clip::{ClipError, MotionClip, Pose};
+use crate::model::{CharacterModel, ModelPose};
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Key poses, as saved in a `*.keyposes.ron` file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeyPoses {
+    /// Name of the motion.
+    pub name: String,
+    /// Character whose links are named.
+    pub character: String,
+    /// Speed along -Z, m/s.
+    pub speed: f64,
+    /// Change of the speed, m/s^2: a coasting skater slows down.
+    #[serde(default)]
+    pub acceleration: f64,
+    /// Seconds from each pose to the next; the last one leads to the first of the next repetition.
+    pub seconds: Vec<f64>,
+    /// The poses.
+    pub poses: Vec<KeyPose>,
+    /// If true, each repetition is followed by its mirror image.
+    #[serde(default)]
+    pub mirrored: bool,
+    /// How often the poses are repeated (a mirror image counts with its original).
+    #[serde(default = "one")]
+    pub repeat: usize,
+    /// Poses per second of the clip.
+    #[serde(default = "thirty")]
+    pub frame_rate: f64,
+}
+
+fn one() -> usize {
+    1
+}
+fn thirty() -> f64 {
+    30.0
+}
+
+/// One pose.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeyPose {
+    /// Place of the root to the right of the path, m.
+    #[serde(default)]
+    pub lateral: f64,
+    /// Height of the root, m; by default the lowest sole is on the ground.
+    #[serde(default)]
+    pub height: Option<f64>,
+    /// Rotation vector of the root, degrees.
+    #[serde(default)]
+    pub root: (f64, f64, f64),
+    /// Rotation vectors of the joints, degrees; joints that are not named are straight.
+    #[serde(default)]
+    pub joints: BTreeMap<String, (f64, f64, f64)>,
+}
+
+/// Why key poses were refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeyPoseError {
+    /// The file could not be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not a key pose file.
+    #[error("{}: not a key pose file: {message}", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Where and why.
+        message: String,
+    },
+    /// A value cannot be used.
+    #[error("key poses {name}: {place}: {found}; {valid}")]
+    Value {
+        /// Name of the motion.
+        name: String,
+        /// Pose and field.
+        place: String,
+        /// What was found.
+        found: String,
+        /// What would be valid.
+        valid: String,
+    },
+    /// The clip does not fit the character.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
+}
+
+/// Catmull-Rom curve between `b` and `c`, `s` in [0, 1].
+fn curve(a: DVec3, b: DVec3, c: DVec3, d: DVec3, s: f64) -> DVec3 {
+    let (m0, m1) = ((c - a) * 0.5, (d - b) * 0.5);
+    let (s2, s3) = (s * s, s * s * s);
+    b * (2.0 * s3 - 3.0 * s2 + 1.0) + m0 * (s3 - 2.0 * s2 + s) + c * (3.0 * s2 - 2.0 * s3) + m1 * (s3 - s2)
+}
+
+/// The rotation vector seen in a mirror that swaps left and right.
+fn mirror(v: DVec3) -> DVec3 {
+    DVec3::new(v.x, -v.y, -v.z)
+}
+
+fn other_side(name: &str) -> String {
+    match (name.strip_suffix("_left"), name.strip_suffix("_right")) {
+        (Some(stem), _) => format!("{stem}_right"),
+        (_, Some(stem)) => format!("{stem}_left"),
+        _ => name.to_owned(),
+    }
+}
+
+/// One row of curves: lateral place, root rotation, then the joints; degrees and metres.
+type Row = Vec<DVec3>;
+
+impl KeyPoses {
+    /// Reads a file.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, KeyPoseError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| KeyPoseError::Io { path: path.to_path_buf(), source })?;
+        Self::from_ron(&text, path)
+    }
+
+    /// Reads text; `path` is for messages.
+    pub fn from_ron(text: &str, path: impl AsRef<Path>) -> Result<Self, KeyPoseError> {
+        let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+        options.from_str(text).map_err(|e| KeyPoseError::Syntax {
+            path: path.as_ref().to_path_buf(),
+            message: e.to_string(),
+        })
+    }
+
+    fn check(&self, model: &CharacterModel) -> Result<(), KeyPoseError> {
+        let bad = |place: String, found: String, valid: &str| {
+            Err(KeyPoseError::Value { name: self.name.clone(), place, found, valid: valid.to_owned() })
+        };
+        if self.poses.is_empty() || self.poses.len() > 1000 {
+            return bad("poses".into(), format!("{} poses", self.poses.len()), "1 to 1000");
+        }
+        if self.seconds.len() != self.poses.len() {
+            return bad("seconds".into(), format!("{} times", self.seconds.len()), "one for each pose");
+        }
+        if let Some((i, s)) = self.seconds.iter().enumerate().find(|(_, s)| !(0.01..=10.0).contains(*s)) {
+            return bad(format!("seconds of pose {i}"), s.to_string(), "0.01 to 10 s");
+        }
+        if !(1..=1000).contains(&self.repeat) {
+            return bad("repeat".into(), self.repeat.to_string(), "1 to 1000");
+        }
+        if !(1.0..=240.0).contains(&self.frame_rate) {
+            return bad("frame_rate".into(), self.frame_rate.to_string(), "1 to 240 poses per second");
+        }
+        if !(-30.0..=30.0).contains(&self.speed) {
+            return bad("speed".into(), self.speed.to_string(), "-30 to 30 m/s");
+        }
+        if !(-30.0..=30.0).contains(&self.acceleration) {
+            return bad("acceleration".into(), self.acceleration.to_string(), "-30 to 30 m/s^2");
+        }
+        for (i, pose) in self.poses.iter().enumerate() {
+            let place = |what: &str| format!("pose {i}, {what}");
+            if !(-10.0..=10.0).contains(&pose.lateral) || pose.height.is_some_and(|h| !(0.0..=10.0).contains(&h)) {
+                return bad(place("root"), format!("{}, {:?}", pose.lateral, pose.height), "metres below 10");
+            }
+            let root = std::iter::once(("root", &pose.root));
+            for (name, angle) in root.chain(pose.joints.iter().map(|(n, a)| (n.as_str(), a))) {
+                let v = DVec3::new(angle.0, angle.1, angle.2);
+                if !(v.is_finite() && v.length() <= 360.0) {
+                    return bad(place(name), v.to_string(), "a rotation vector of at most 360 degrees");
+                }
+                if name != "root" && model.link_index(name).is_none_or(|l| l == 0) {
+                    let links: Vec<&str> = model.links.iter().skip(1).map(|l| l.name.as_str()).collect();
+                    return bad(place(name), "no such joint".into(), &format!("one of {}", links.join(", ")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The clip of these poses for a character.
+    pub fn to_clip(&self, model: &CharacterModel) -> Result<MotionClip, KeyPoseError> {
+        self.check(model)?;
+        let names: Vec<String> = model.links.iter().skip(1).map(|l| l.name.clone()).collect();
+        let vector = |a: &(f64, f64, f64)| DVec3::new(a.0, a.1, a.2);
+        let row = |pose: &KeyPose, flip: bool| -> Row {
+            let seen = |v: DVec3| if flip { mirror(v) } else { v };
+            // A height of NaN stands for "on the ground" until the pose is known.
+            let lateral = if flip { -pose.lateral } else { pose.lateral };
+            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), 0.0), seen(vector(&pose.root))];
+            row.extend(names.iter().map(|name| {
+                let from = if flip { other_side(name) } else { name.clone() };
+                pose.joints.get(&from).map_or(DVec3::ZERO, |a| seen(vector(a)))
+            }));
+            row
+        };
+        let mut rows = Vec::new();
+        let mut times = vec![0.0];
+        for _ in 0..self.repeat {
+            for flip in [false, true] {
+                if flip && !self.mirrored {
+                    continue;
+                }
+                for (pose, seconds) in self.poses.iter().zip(&self.seconds) {
+                    rows.push(row(pose, flip));
+                    times.push(times[times.len() - 1] + seconds);
+                }
+            }
+        }
+        // A motion that repeats ends in its first pose; another one holds its last.
+        let cyclic = self.mirrored || self.repeat > 1;
+        let end = if cyclic { rows[0].clone() } else { rows[rows.len() - 1].clone() };
+        rows.push(end);
+
+        let duration = times[times.len() - 1];
+        let frames = (duration * self.frame_rate).floor() as usize + 1;
+        let mut clip = MotionClip {
+            name: self.name.clone(),
+            frame_rate: self.frame_rate,
+            joints: names,
+            poses: Vec::with_capacity(frames),
+        };
+        let mut places = Vec::new();
+        for frame in 0..frames {
+            let t = frame as f64 / self.frame_rate;
+            let k = times.partition_point(|x| *x <= t).clamp(1, times.len() - 1) - 1;
+            let s = ((t - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
+            let around = |k: isize| {
+                let last = rows.len() as isize - 1;
+                let k = if cyclic { k.rem_euclid(last) } else { k.clamp(0, last) };
+                &rows[k as usize]
+            };
+            let k = k as isize;
+            let (a, b, c, d) = (around(k - 1), around(k), around(k + 1), around(k + 2));
+            let at = |i: usize| curve(a[i], b[i], c[i], d[i], s);
+            let turn = |i: usize| {
+                let v = at(i);
+                DQuat::from_scaled_axis(v * (core::f64::consts::PI / 180.0))
+            };
+            let place = at(0);
+            let mut pose = Pose {
+                root_position: DVec3::new(place.x, 0.0, -(self.speed + 0.5 * self.acceleration * t) * t),
+                root_rotation: turn(1),
+                joints: (2..b.len()).map(turn).collect(),
+            };
+            pose.root_position.y = if place.y.is_nan() {
+                let mut whole = ModelPose::zero(model);
+                whole.root_rotation = pose.root_rotation;
+                whole.joints[1..].copy_from_slice(&pose.joints);
+                whole.link_transforms(model, &mut places);
+                let lowest = model.contact_points.iter().map(|p| {
+                    let link = &places[p.link];
+                    (link.position + link.rotation * p.position).y - p.radius
+                });
+                -lowest.fold(f64::INFINITY, f64::min)
+            } else {
+                place.y
+            };
+            clip.poses.push(pose);
+        }
+        clip.validate()?;
+        Ok(clip)
+    }
+}
