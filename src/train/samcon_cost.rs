@@ -16,6 +16,8 @@ pub(crate) struct CostScales {
     pub joint_velocity: f64,
     /// Root position, m.
     pub root: f64,
+    /// Distance of the root beyond which it counts eight times over, m.
+    pub root_free: f64,
     /// Root height, m.
     pub height: f64,
     /// Root rotation, rad.
@@ -33,7 +35,8 @@ impl Default for CostScales {
         Self {
             joint: 0.20,
             joint_velocity: 3.0,
-            root: 0.07,
+            root: 0.10,
+            root_free: 0.15,
             height: 0.05,
             root_angle: 0.15,
             root_velocity: 1.0,
@@ -150,6 +153,7 @@ pub(crate) fn cost<R: Real>(
     let total = pose / sum / (s.joint * s.joint)
         + 0.3 * speed / sum / (s.joint_velocity * s.joint_velocity)
         + level / (s.root * s.root)
+        + 8.0 * (offset.length() - s.root_free).max(0.0).powi(2) / (s.root * s.root)
         + (com.y - target.com.y).powi(2) / (s.height * s.height)
         + root_rotation / (s.root_angle * s.root_angle)
         + (angular.lane(lane) - target.root_angular).length_squared() / (s.root_velocity * s.root_velocity)
