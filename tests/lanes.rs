@@ -335,7 +335,7 @@ fn a_falling_ball_slides_to_rest_at_coulombs_distance() {
     }
     // In the air at full speed, a landing that takes mu times the speed of impact, then an even deceleration.
     let (mu, g) = (0.5 * Surface::GROUND.friction, 9.81);
-    let fall_time = (2.0 * drop / g as f64).sqrt();
+    let fall_time = (2.0_f64 * drop / g).sqrt();
     let landed = speed - mu * g * fall_time;
     let expected = speed * fall_time + landed * landed / (2.0 * mu * g);
     let place = sim.state.root_position.lane(0);

@@ -126,7 +126,8 @@ impl ReconstructedControl {
             return value("rate", self.rate.to_string(), "30 to 20000 steps per second");
         }
         let per_tick = self.rate / self.tick_rate;
-        if !(self.tick_rate.is_finite() && self.tick_rate >= 1.0 && (per_tick - per_tick.round()).abs() < 1e-9) {
+        if !(self.tick_rate.is_finite() && self.tick_rate >= 1.0 && per_tick > 0.5 && (per_tick - per_tick.round()).abs() < 1e-9)
+        {
             return value("tick_rate", self.tick_rate.to_string(), "a whole fraction of the rate");
         }
         if !(1..=10_000).contains(&self.ticks_per_window) {
@@ -134,6 +135,10 @@ impl ReconstructedControl {
         }
         if !(self.seconds.is_finite() && (0.0..=3600.0).contains(&self.seconds)) {
             return value("seconds", self.seconds.to_string(), "0 to 3600 s");
+        }
+        if self.seconds * self.tick_rate > Reference::MAX_TICKS as f64 {
+            let valid = format!("at most {} target updates in all", Reference::MAX_TICKS);
+            return value("seconds", format!("{} at {} updates per second", self.seconds, self.tick_rate), &valid);
         }
         if let Some((kp, kd)) = self.gains
             && !(kp.is_finite() && kd.is_finite() && kp >= 0.0 && kd >= 0.0)
@@ -147,8 +152,9 @@ impl ReconstructedControl {
         Ok(())
     }
 
-    /// Checks that the control fits a character.
+    /// Checks the control, and that it fits a character.
     pub fn check_for(&self, model: &CharacterModel) -> Result<(), ControlError> {
+        self.validate()?;
         if self.character != model.name {
             return Err(ControlError::Value {
                 field: "character",

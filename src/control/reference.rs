@@ -28,6 +28,9 @@ impl Reference {
     /// Time over which velocities are taken, s: two frames of a 30 Hz clip. One frame of a captured clip is noise.
     pub const DIFFERENCE_SPAN: f64 = 1.0 / 15.0;
 
+    /// Most ticks that a control or a search may ask for: more than a quarter of an hour at 100 per second, below 200 MB.
+    pub const MAX_TICKS: usize = 100_000;
+
     /// Samples `seconds` of a clip (the whole clip if `None`); beyond its end the last pose is held.
     pub fn new(clip: &ModelClip, tick_rate: f64, seconds: Option<f64>) -> Self {
         let seconds = seconds.unwrap_or(clip.duration());

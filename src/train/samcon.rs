@@ -415,6 +415,14 @@ fn search_once(
     let settings = options.settings.unwrap_or_else(|| SimulationSettings::of(model));
     check(options, settings.rate)?;
     let model_clip = clip.to_model(model)?;
+    let ticks = model_clip.duration() * options.tick_rate;
+    if ticks > Reference::MAX_TICKS as f64 {
+        return Err(ReconstructError::Option {
+            option: "tick_rate",
+            found: format!("{} on a clip of {} s", options.tick_rate, model_clip.duration()),
+            valid: format!("at most {} target updates in all", Reference::MAX_TICKS),
+        });
+    }
     let reference = Reference::new(&model_clip, options.tick_rate, None);
     let ends = end_links(model);
     let n = options.ticks_per_window;
