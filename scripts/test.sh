@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Everything that has to hold before a change lands. Needs a C compiler and the Rust toolchain, nothing else.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+stage() { printf '\n== %s (%s s)\n' "$1" "$SECONDS"; }
+
+stage "format"
+cargo fmt --check
+
+stage "the core alone: no engine, no command line, no inference in its tree"
+tree=$(cargo tree --no-default-features --edges normal --prefix none)
+if grep -E '^(bevy|bevy_[a-z]+|tract[a-z-]*|clap|wgpu) v' <<<"$(grep -v '^bevy_athlete ' <<<"$tree")"; then
+    echo "the core must not depend on these" >&2
+    exit 1
+fi
+cargo clippy --locked --no-default-features --lib -- -D warnings
+
+stage "core and command line: lint and tests"
+cargo clippy --locked --no-default-features --features cli --all-targets -- -D warnings
+cargo test --locked --no-default-features --features cli
+
+stage "the same bits in release"
+cargo test --locked --release --no-default-features --features train --test determinism
+
+stage "with the engine: lint, docs"
+cargo clippy --locked --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
+
+stage "with the engine: tests, examples, the demo without a display"
+cargo test --locked --lib --examples --test bevy_plugin
+picture=$(mktemp --suffix .png)
+env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
+test -s "$picture"
+rm -f "$picture"
+
+stage "done"
