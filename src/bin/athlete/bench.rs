@@ -37,7 +37,9 @@ impl Bench {
         let wanted = |name: &str| self.scene.is_empty() || self.scene.iter().any(|part| name.contains(part.as_str()));
         let scenes: Vec<_> = SCENE_NAMES.iter().filter(|n| wanted(n)).filter_map(|n| scene(n)).collect();
         if scenes.is_empty() {
-            return Err(format!("--scene {}: valid is a part of {}", self.scene.join(", "), SCENE_NAMES.join(", ")).into());
+            return Err(
+                format!("--scene {}: valid is a part of {}", self.scene.join(", "), SCENE_NAMES.join(", ")).into()
+            );
         }
         if let Some(bad) = self.lanes.iter().find(|l| !LANE_NAMES.contains(&l.as_str())) {
             return Err(format!("--lanes `{bad}`: valid is one of {}", LANE_NAMES.join(", ")).into());

@@ -19,7 +19,11 @@ pub struct Info {
 impl Info {
     pub fn run(&self) -> Outcome {
         let table = character_table(&*load_character(&self.character)?);
-        if self.json { say_json(&table)? } else { say(text(&table)?.trim_end())? }
+        if self.json {
+            say_json(&table)?
+        } else {
+            say(text(&table)?.trim_end())?
+        }
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -52,9 +56,9 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
     )?;
     for link in &table.links {
         let [x, y, z] = link.position;
-        let limits = link.limits_deg.map_or("free".to_owned(), |l| {
-            l.map(|[low, high]| format!("{low:.0}..{high:.0}")).join(", ")
-        });
+        let limits = link
+            .limits_deg
+            .map_or("free".to_owned(), |l| l.map(|[low, high]| format!("{low:.0}..{high:.0}")).join(", "));
         writeln!(
             out,
             "{:<26} {:<26} {:<5} {:>3} {:>9.4} {:>23} {:>7} {:>6} {:>7} {:>6}  {limits}",
@@ -70,7 +74,11 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
             link.contact_points
         )?;
     }
-    writeln!(out, "\n{:<26} {:<26} {:<5} {:>26} {:>8} {:>8}", "contact point", "link", "kind", "at x, y, z (m)", "radius", "friction")?;
+    writeln!(
+        out,
+        "\n{:<26} {:<26} {:<5} {:>26} {:>8} {:>8}",
+        "contact point", "link", "kind", "at x, y, z (m)", "radius", "friction"
+    )?;
     for point in &table.contact_points {
         let [x, y, z] = point.position;
         writeln!(

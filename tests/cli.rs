@@ -1,0 +1,294 @@
+//! The `athlete` program as a user meets it: every command once, on files written here.
+//!
+//! Exit code 0 only on success; a bad input ends with another code, nothing on stdout that looks like a result, and a line
+//! on stderr that names the place and what would be valid, never a panic. What a machine reads is JSON. Replaying a control
+//! gives the same bits, in another process too. A test of the library alone would miss all of that.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for a test, gone when the test ends.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("athlete-cli-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.0.join(name), text).unwrap();
+        self.path(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn athlete(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
+}
+
+/// Stdout of a run that has to succeed.
+fn done(arguments: &[&str]) -> String {
+    let output = athlete(arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {:?}\n{text}\n{complaint}", output.status);
+    text
+}
+
+fn done_json(arguments: &[&str]) -> Value {
+    let text = done(arguments);
+    assert_eq!(text.lines().count(), 1, "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// A run that has to fail, with all of `words` on stderr.
+fn refused(arguments: &[&str], words: &[&str]) {
+    let output = athlete(arguments);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    let code = output.status.code();
+    assert!(matches!(code, Some(1 | 2)), "{arguments:?}: {code:?}\n{complaint}");
+    assert!(!complaint.contains("panicked"), "{complaint}");
+    for word in words {
+        assert!(complaint.contains(word), "{arguments:?}: `{word}` is missing in: {complaint}");
+    }
+}
+
+/// The zero pose of any character held still, as a clip that names one joint.
+fn standing(joint: &str, height: f64, poses: usize) -> String {
+    let pose = format!(
+        "(root_position: (0.0, {height}, 0.0), root_rotation: (0.0, 0.0, 0.0, 1.0), joints: [(0.0, 0.0, 0.0, 1.0)]),"
+    );
+    let poses = vec![pose; poses].join("\n");
+    format!("(name: \"standing\", frame_rate: 10.0, joints: [\"{joint}\"], poses: [\n{poses}\n])")
+}
+
+/// A skeleton of the file's own that no built-in map knows, and a map for it.
+const BVH: &str = "HIERARCHY
+ROOT hip
+{
+ OFFSET 0 0 0
+ CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+ JOINT back
+ {
+  OFFSET 0 10 0
+  CHANNELS 3 Zrotation Xrotation Yrotation
+  End Site
+  {
+   OFFSET 0 10 0
+  }
+ }
+}
+MOTION
+Frames: 3
+Frame Time: 0.05
+0 90 0 0 0 0 0 0 0
+0 90 0 0 0 0 0 1 0
+0 90 0 0 0 0 0 2 0
+";
+
+fn root_height(character: &str) -> f64 {
+    done_json(&["info", "--character", character, "--json"])["root_height"].as_f64().unwrap()
+}
+
+#[test]
+fn info_shows_a_character_as_table_and_json() {
+    let table = done(&["info", "--character", "skater"]);
+    for word in ["57 degrees of freedom", "50.069 kg", "thigh_left", "blade_left_toe", "-155..8"] {
+        assert!(table.contains(word), "{word} is missing in {table}");
+    }
+    let runner = done_json(&["info", "--character", "runner", "--json"]);
+    assert_eq!(runner["dof"], 45);
+    assert_eq!(runner["links"].as_array().unwrap().len(), 14);
+    let height = runner["height"].as_f64().unwrap();
+    assert!((height - 1.7).abs() < 0.01, "{height}");
+
+    refused(&["info", "--character", "skatr"], &["skatr", "skater, foot_human"]);
+    let folder = Folder::new("info");
+    let file = folder.write("bad.character.ron", "(name: \"x\", step_rate: fast)");
+    refused(&["info", "--character", &file], &["bad.character.ron:1:"]);
+}
+
+#[test]
+fn simulate_follows_a_clip_and_writes_trace_and_storyboard() {
+    let folder = Folder::new("simulate");
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", root_height("skater"), 2));
+    let (trace, picture) = (folder.path("out.jsonl"), folder.path("out.png"));
+    let run = ["simulate", "--character", "skater", "--world", "ice", "--motion", &clip, "--json"];
+    let report = done_json(
+        &[&run[..], &["--trace", &trace, "--storyboard", &picture, "--push", "head:0,0,5:0.01:0.02"]].concat(),
+    );
+    assert_eq!(report["steps"], 120);
+    assert!((report["seconds"].as_f64().unwrap() - 0.1).abs() < 1e-12);
+    assert!(report["fell_at"].is_null() && report["worst_root_m"].as_f64().unwrap() < 0.02, "{report}");
+    assert!(report["build"]["instructions"].is_string());
+
+    // The trace: a header, then a line a step; the push acts in its steps only.
+    let text = std::fs::read_to_string(&trace).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 121);
+    assert_eq!(lines[0]["format"], "athlete-trace-1");
+    assert_eq!(lines[0]["bodies"].as_array().unwrap().len(), lines[1]["bodies"].as_array().unwrap().len());
+    let pushed: Vec<usize> = (1..=120).filter(|&i| !lines[i]["external"].as_array().unwrap().is_empty()).collect();
+    assert_eq!((pushed.len(), pushed[0]), (24, 13));
+    assert!(lines.iter().skip(1).any(|line| line["contacts"][0]["kind"] == "blade"));
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+
+    // In words, without the push, at another rate and other gains.
+    let text = done(&[&run[..7], &["--rate", "600", "--kp", "300", "--kd", "30", "--seconds", "0.05"]].concat());
+    for word in ["built for", "0.050 s, 30 steps", "fell             no", "final state"] {
+        assert!(text.contains(word), "{word} is missing in {text}");
+    }
+    for world in ["ground", "empty", "stairs", "sphere", "slope:10"] {
+        let report = done_json(&[&run[..3], &["--world", world], &run[5..], &["--seconds", "0.01"]].concat());
+        assert_eq!(report["world"], world);
+    }
+}
+
+#[test]
+fn simulate_reads_bvh_by_a_map_of_the_users_own() {
+    let folder = Folder::new("bvh");
+    let bvh = folder.write("own.bvh", BVH);
+    let run = ["simulate", "--character", "runner", "--motion", &bvh, "--json"];
+    refused(&run, &["own.bvh", "--map", "hip, back"]);
+    let trunk = done_json(&["info", "--character", "runner", "--json"])["links"][1]["name"].clone();
+    let link = format!("(link: \"{}\", joints: [\"back\"])", trunk.as_str().unwrap());
+    let map = format!("(name: \"own\", unit: 0.01, root: (link: \"pelvis\", joints: [\"hip\"]), links: [{link}])");
+    let map = folder.write("own.map.ron", &map);
+    let report = done_json(&[&run[..], &["--map", &map]].concat());
+    assert_eq!((report["steps"].as_u64(), report["clip"].as_str()), (Some(200), Some("own")));
+
+    let cut = folder.write("cut.bvh", &BVH[..BVH.len() / 2]);
+    refused(&["simulate", "--character", "runner", "--motion", &cut], &["cut.bvh"]);
+    refused(&[&run[..], &["--map", &cut]].concat(), &["cut.bvh", "joint map"]);
+}
+
+#[test]
+fn reconstruct_finds_a_control_that_replays_to_the_same_bits() {
+    let folder = Folder::new("reconstruct");
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", root_height("skater"), 3));
+    let (control, picture) = (folder.path("out.control.ron"), folder.path("out.png"));
+    let run = [
+        "reconstruct",
+        "--character",
+        "skater",
+        "--clip",
+        &clip,
+        "--samples",
+        "16",
+        "--keep",
+        "4",
+        "--deviation",
+        "0.02",
+        "--json",
+    ];
+    let found = done_json(&[&run[..], &["--out", &control, "--storyboard", &picture, "--threads", "2"]].concat());
+    assert_eq!(found["meets"], true, "{found}");
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+    // One thread finds the same.
+    let again = done_json(&[&run[..], &["--threads", "1"]].concat());
+    assert_eq!(found["fingerprint"], again["fingerprint"]);
+
+    // Replayed twice, and after being read and written again.
+    let replay = done_json(&["simulate", "--control", &control, "--json"]);
+    assert_eq!(replay["fingerprint"], found["fingerprint"]);
+    assert_eq!(replay["world"], "ice");
+    assert_eq!(done_json(&["simulate", "--control", &control, "--json"])["fingerprint"], found["fingerprint"]);
+    let copy = folder.path("copy.control.ron");
+    bevy_athlete::control::ReconstructedControl::load(&control).unwrap().save(&copy).unwrap();
+    let copied = done_json(&["simulate", "--character", "skater", "--control", &copy, "--json"]);
+    assert_eq!(copied["fingerprint"], found["fingerprint"]);
+
+    refused(&["simulate", "--control", &control, "--character", "runner"], &["out.control.ron", "runner"]);
+    refused(&["simulate", "--control", &control, "--rate", "600"], &["rate is 600", "1200"]);
+    refused(&["simulate", "--control", &control, "--kp", "600"], &["--kp"]);
+    let text = std::fs::read_to_string(&control).unwrap();
+    let broken = folder.write("broken.control.ron", &text.replace("rate: 1200.0", "rate: -1.0"));
+    refused(&["simulate", "--control", &broken], &["broken.control.ron", "rate is -1", "30 to 20000"]);
+    let strange = folder.write("strange.control.ron", &text.replace("world: \"ice\"", "world: \"lava\""));
+    refused(&["simulate", "--control", &strange], &["strange.control.ron", "lava", "ground"]);
+}
+
+#[test]
+fn reconstruct_says_what_is_wrong() {
+    let folder = Folder::new("refusals");
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", 0.9, 2));
+    let run = ["reconstruct", "--character", "skater", "--clip", &clip];
+    refused(&[&run[..], &["--samples", "1"]].concat(), &["samples is 1", "4 to"]);
+    refused(&[&run[..], &["--keep", "0"]].concat(), &["keep is 0"]);
+    refused(&[&run[..], &["--deviation", "9"]].concat(), &["deviation is 9"]);
+    refused(&[&run[..], &["--threads", "0"]].concat(), &["threads is 0"]);
+    refused(&[&run[..], &["--cycles", "0"]].concat(), &["--cycles 0", "1 to"]);
+    refused(&[&run[..], &["--kp", "600"]].concat(), &["--kd"]);
+    refused(&[&run[..], &["--kp", "nan", "--kd", "1"]].concat(), &["--kp NaN"]);
+    refused(&[&run[..], &["--out", "/no/such/folder/out.ron"]].concat(), &["--out", "/no/such/folder"]);
+    // Nothing can follow a character that hangs 5 m above the ice.
+    let high = folder.write("high.clip.ron", &standing("abdomen", 5.0, 9));
+    let hang = ["reconstruct", "--character", "skater", "--clip", &high, "--samples", "4", "--keep", "1"];
+    refused(&hang, &["high.clip.ron", "no sample passes window"]);
+}
+
+#[test]
+fn simulate_says_what_is_wrong() {
+    let folder = Folder::new("simulate-refusals");
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", 0.9, 2));
+    let run = ["simulate", "--character", "skater", "--motion", &clip];
+    refused(&["simulate", "--character", "skater"], &["--motion", "--control"]);
+    refused(&["simulate", "--motion", &clip], &["--character"]);
+    refused(&[&run[..], &["--world", "moon"]].concat(), &["moon", "ice, ground", "slope:DEGREES"]);
+    refused(&[&run[..], &["--world", "slope:80"]].concat(), &["slope:80", "-60 to 60"]);
+    refused(&[&run[..], &["--seconds=-1"]].concat(), &["seconds is -1", "0 to 3600"]);
+    refused(&[&run[..], &["--rate", "1"]].concat(), &["rate is 1", "30 to 20000"]);
+    refused(&[&run[..], &["--kd", "inf"]].concat(), &["kd is inf"]);
+    refused(&[&run[..], &["--push", "nose:0,0,1:0:1"]].concat(), &["nose", "no such link", "pelvis"]);
+    refused(&[&run[..], &["--push", "head:0,0:0:1"]].concat(), &["three components"]);
+    refused(&[&run[..], &["--trace", "/no/such/folder/x"]].concat(), &["/no/such/folder/x"]);
+    refused(&[&run[..], &["--storyboard", "/no/such/folder/x.png"]].concat(), &["/no/such/folder/x.png"]);
+    refused(&["simulate", "--character", "skater", "--motion", "none.bvh"], &["none.bvh"]);
+    refused(&["simulate", "--character", "skater", "--motion", "x.png"], &["x.png", ".bvh"]);
+    refused(&["simulate", "--control", "none.control.ron"], &["none.control.ron"]);
+    let wrong = folder.write("wrong.clip.ron", &standing("tail", 0.9, 2));
+    refused(&["simulate", "--character", "skater", "--motion", &wrong], &["wrong.clip.ron", "tail", "pelvis"]);
+    // Too stiff a push for the step: reported, not written on.
+    refused(&[&run[..], &["--push", "head:99999,0,0:0:1"]].concat(), &["left its range"]);
+}
+
+#[test]
+fn export_writes_presets_and_scenes() {
+    let folder = Folder::new("export");
+    let (plain, scene) = (folder.path("skater.xml"), folder.path("scene.xml"));
+    done(&["export-mjcf", "--character", "skater", &plain]);
+    done(&["export-mjcf", "--character", "skater_stand", &scene]);
+    let sites = |path: &str| std::fs::read_to_string(path).unwrap().matches("<site ").count();
+    assert_eq!(sites(&scene), sites(&plain) + 4);
+    refused(&["export-mjcf", "--character", "sled", &plain], &["sled", "runner", "foot_stand"]);
+    refused(&["export-mjcf", "--character", "skater", "/no/such/folder/x.xml"], &["/no/such/folder/x.xml"]);
+    assert!(Path::new(&plain).exists());
+}
+
+#[test]
+fn bench_prints_the_rows_a_machine_reads() {
+    let report =
+        done_json(&["bench", "--json", "--quick", "--scene", "skater_air", "--lanes", "f64", "--lanes", "8 x f32"]);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        assert_eq!(row["engine"], "bevy_athlete");
+        assert!(row["us_min"].as_f64().unwrap() > 0.0 && row["us_median"].as_f64() >= row["us_min"].as_f64(), "{row}");
+        assert_eq!(row["points"], 0.0);
+    }
+    assert!(report["build"]["profile"].is_string());
+    refused(&["bench", "--scene", "moon"], &["moon", "skater_stand"]);
+    refused(&["bench", "--lanes", "3 x f16"], &["3 x f16", "8 x f32"]);
+}
