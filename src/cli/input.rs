@@ -13,7 +13,9 @@ use std::sync::Arc;
 #[non_exhaustive]
 pub enum InputError {
     /// Neither the name of a preset nor a file.
-    #[error("character `{name}`: no such preset and no such file; valid: {valid}, or the path of a .character.ron file")]
+    #[error(
+        "character `{name}`: no such preset and no such file; valid: {valid}, or the path of a .character.ron file"
+    )]
     NoCharacter {
         /// What was given.
         name: String,

@@ -85,7 +85,9 @@ pub enum PerformError {
     #[error("{0}")]
     Watch(String),
     /// The simulation left the range the step is made for.
-    #[error("the simulation of {character} left its range at {time:.4} s; gains or pushes are too large for {rate} steps/s")]
+    #[error(
+        "the simulation of {character} left its range at {time:.4} s; gains or pushes are too large for {rate} steps/s"
+    )]
     Diverged {
         /// The character.
         character: String,
@@ -121,7 +123,7 @@ pub struct PerformanceReport {
 
 /// The script made ready for one character.
 enum Player {
-    Motion { clip: ModelClip, tick: ReferenceTick },
+    Motion { clip: Box<ModelClip>, tick: Box<ReferenceTick> },
     Control(Box<ControlPlayer>),
 }
 
@@ -196,7 +198,7 @@ pub fn perform(
                 command.kp = options.kp.unwrap_or(command.kp);
                 command.kd = options.kd.unwrap_or(command.kd);
             }
-            Player::Motion { clip: reference.clone(), tick }
+            Player::Motion { clip: Box::new(reference.clone()), tick: Box::new(tick) }
         }
         Script::Control(control) => {
             let mut player = ControlPlayer::new(control, model)?;

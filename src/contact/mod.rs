@@ -16,7 +16,7 @@ pub use detect::{ContactCandidate, ContactGroup, ContactScratch, detect_contacts
 pub use geometry::{Geometry, GeometryHit};
 pub use height_field::{HeightField, HeightFieldError};
 pub use mobility::{ContactMobility, OwnMobility};
-pub use rows::{ContactSettings, build_rows};
+pub use rows::{ContactSettings, RowInputs, build_rows};
 pub use self_collision::{CollisionCapsule, SelfCollisionSettings, self_collision_forces};
 pub use solver::solve_contacts;
 pub use world::{Solid, Surface, SurfaceHit, SurfaceKind, Terrain, World};

@@ -58,20 +58,34 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
     (Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a), Vec3::new(sign + n.x * n.x * a, -n.x, b))
 }
 
-/// Fills the rows of every candidate. `h` is the step, s.
+/// What the rows are made from.
+#[derive(Clone, Copy, Debug)]
+pub struct RowInputs<'a, R> {
+    /// The character.
+    pub model: &'a CharacterModel,
+    /// Where its links are.
+    pub kinematics: &'a [LinkKinematics<R>],
+    /// Position of the root, world frame, m.
+    pub root_position: Vec3<R>,
+    /// Tuning.
+    pub settings: &'a ContactSettings,
+    /// Factor on every friction coefficient, by lane.
+    pub friction_scale: R,
+    /// World position that each grip holds on to, m.
+    pub grip_anchors: &'a [Option<DVec3>],
+    /// Impulse of the last step at each contact point, world axes, N s.
+    pub warm_points: &'a [Vec3<R>],
+    /// Impulse of the last step at each grip, world axes, N s.
+    pub warm_grips: &'a [Vec3<R>],
+    /// Length of the step, s.
+    pub h: f64,
+}
+
+/// Fills the rows of every candidate.
 #[inline]
-pub fn build_rows<R: Real>(
-    model: &CharacterModel,
-    kinematics: &[LinkKinematics<R>],
-    root_position: Vec3<R>,
-    settings: &ContactSettings,
-    friction_scale: R,
-    grip_anchors: &[Option<DVec3>],
-    warm_points: &[Vec3<R>],
-    warm_grips: &[Vec3<R>],
-    h: f64,
-    scratch: &mut ContactScratch<R>,
-) {
+pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R>) {
+    let RowInputs { model, kinematics, root_position, settings, friction_scale, grip_anchors, .. } = *inputs;
+    let RowInputs { warm_points, warm_grips, h, .. } = *inputs;
     let (zero, one) = (R::zero(), R::one());
     let inverse_h = R::splat(1.0 / h);
     // A turn by more than this in half a step is no carve.

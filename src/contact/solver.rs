@@ -16,11 +16,11 @@ fn residuals<R: Real>(c: &ContactCandidate<R>, v: &Motion<R>) -> [R; 3] {
 /// Adds impulses along the rows to the link's velocity and wrench.
 #[inline(always)]
 fn apply<R: Real>(c: &ContactCandidate<R>, change: [R; 3], v: &mut Motion<R>, w: &mut Force<R>) {
-    for r in 0..3 {
-        v.angular = c.responses[r].angular.mul_add(change[r], v.angular);
-        v.linear = c.responses[r].linear.mul_add(change[r], v.linear);
-        w.moment = c.moments[r].mul_add(change[r], w.moment);
-        w.force = c.directions[r].mul_add(change[r], w.force);
+    let rows = c.responses.iter().zip(&c.moments).zip(&c.directions).zip(change);
+    for (((response, moment), direction), d) in rows {
+        *v = response.mul_add(d, v);
+        w.moment = moment.mul_add(d, w.moment);
+        w.force = direction.mul_add(d, w.force);
     }
 }
 
@@ -105,10 +105,9 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
             }
             groups[a].velocity = v;
             groups[a].wrench += w;
-            for b in 0..groups.len() {
+            for (b, group) in groups.iter_mut().enumerate() {
                 if b != a {
-                    let motion = mobility.response(groups[b].link, link, &w);
-                    groups[b].velocity += motion;
+                    group.velocity += mobility.response(group.link, link, &w);
                 }
             }
         }

@@ -7,6 +7,7 @@ mod reference;
 
 pub use drive::{apply_initial_state, command_pose};
 pub use fall::{FALL_ANGLE, FALL_DEPTH, Fall, fallen};
-pub(crate) use open_loop::{offset_rotation, window_blend};
 pub use open_loop::{ControlError, ControlPlayer, Offset, ReconstructedControl};
+#[cfg(feature = "train")]
+pub(crate) use open_loop::{offset_rotation, window_blend};
 pub use reference::{Reference, ReferenceTick, TrackingError, tracking_error};

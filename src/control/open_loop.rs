@@ -89,17 +89,15 @@ impl ReconstructedControl {
     /// Reads a control and checks everything that does not depend on the character.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ControlError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ControlError::Io { path: path.to_path_buf(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ControlError::Io { path: path.to_path_buf(), source })?;
         Self::from_ron(&text, path)
     }
 
     /// Reads a control from text; `path` is for messages.
     pub fn from_ron(text: &str, path: impl AsRef<Path>) -> Result<Self, ControlError> {
-        let control: Self = ron::from_str(text).map_err(|e| ControlError::Syntax {
-            path: path.as_ref().to_path_buf(),
-            message: e.to_string(),
-        })?;
+        let control: Self = ron::from_str(text)
+            .map_err(|e| ControlError::Syntax { path: path.as_ref().to_path_buf(), message: e.to_string() })?;
         control.validate()?;
         Ok(control)
     }
@@ -108,17 +106,14 @@ impl ReconstructedControl {
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ControlError> {
         let path = path.as_ref();
         let pretty = ron::ser::PrettyConfig::new().depth_limit(2).compact_arrays(true);
-        let text = ron::ser::to_string_pretty(self, pretty).map_err(|e| ControlError::Syntax {
-            path: path.to_path_buf(),
-            message: e.to_string(),
-        })?;
+        let text = ron::ser::to_string_pretty(self, pretty)
+            .map_err(|e| ControlError::Syntax { path: path.to_path_buf(), message: e.to_string() })?;
         std::fs::write(path, text).map_err(|source| ControlError::Io { path: path.to_path_buf(), source })
     }
 
     fn validate(&self) -> Result<(), ControlError> {
-        let value = |field, found: String, valid: &str| {
-            Err(ControlError::Value { field, found, valid: valid.to_string() })
-        };
+        let value =
+            |field, found: String, valid: &str| Err(ControlError::Value { field, found, valid: valid.to_string() });
         if self.version != 1 {
             return value("version", self.version.to_string(), "this program reads version 1");
         }
@@ -126,7 +121,10 @@ impl ReconstructedControl {
             return value("rate", self.rate.to_string(), "30 to 20000 steps per second");
         }
         let per_tick = self.rate / self.tick_rate;
-        if !(self.tick_rate.is_finite() && self.tick_rate >= 1.0 && per_tick > 0.5 && (per_tick - per_tick.round()).abs() < 1e-9)
+        if !(self.tick_rate.is_finite()
+            && self.tick_rate >= 1.0
+            && per_tick > 0.5
+            && (per_tick - per_tick.round()).abs() < 1e-9)
         {
             return value("tick_rate", self.tick_rate.to_string(), "a whole fraction of the rate");
         }

@@ -67,12 +67,7 @@ fn velocity_over(clip: &ModelClip, t: f64, span: f64) -> ModelVelocity {
     ModelVelocity {
         root_linear: (b.root_position - a.root_position) * per_second,
         root_angular: rotation_vector(b.root_rotation * a.root_rotation.conjugate()) * per_second,
-        joints: a
-            .joints
-            .iter()
-            .zip(&b.joints)
-            .map(|(a, b)| rotation_vector(a.conjugate() * *b) * per_second)
-            .collect(),
+        joints: a.joints.iter().zip(&b.joints).map(|(a, b)| rotation_vector(a.conjugate() * *b) * per_second).collect(),
     }
 }
 
@@ -97,14 +92,8 @@ pub(crate) fn angle_between(a: DQuat, b: DQuat) -> f64 {
 pub fn tracking_error<R: Real>(sim: &Simulator<R>, lane: usize, pose: &ModelPose) -> TrackingError {
     let model: &CharacterModel = sim.model();
     let joints = model.links.len() - 1;
-    let sum: f64 = sim
-        .state
-        .joints
-        .iter()
-        .zip(&pose.joints)
-        .skip(1)
-        .map(|(a, b)| angle_between(a.rotation.lane(lane), *b))
-        .sum();
+    let sum: f64 =
+        sim.state.joints.iter().zip(&pose.joints).skip(1).map(|(a, b)| angle_between(a.rotation.lane(lane), *b)).sum();
     TrackingError {
         root: sim.state.root_position.lane(lane).distance(pose.root_position),
         root_angle: angle_between(sim.state.root_rotation.lane(lane), pose.root_rotation),

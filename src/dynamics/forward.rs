@@ -37,11 +37,11 @@ pub fn integrate<R: Real>(root_acceleration: &Motion<R>, joint_accelerations: &[
     state.root_velocity = root_acceleration.mul_add(h, &state.root_velocity);
     state.root_position = state.root_velocity.linear.mul_add(h, state.root_position);
     let turn = Quat::from_small_rotation_vector(state.root_velocity.angular * h);
-    state.root_rotation = turn.mul(state.root_rotation).renormalized();
+    state.root_rotation = (turn * state.root_rotation).renormalized();
     for (joint, a) in state.joints.iter_mut().zip(joint_accelerations).skip(1) {
         let velocity = a.mul_add(h, joint.velocity);
         let turn = Quat::from_small_rotation_vector(velocity * h);
-        *joint = JointState { rotation: joint.rotation.mul(turn).renormalized(), velocity };
+        *joint = JointState { rotation: (joint.rotation * turn).renormalized(), velocity };
     }
 }
 

@@ -63,7 +63,7 @@ pub fn servo<R: Real>(
     h: R,
 ) -> ServoOutput<R> {
     let joint = &state.joints[i];
-    let error = joint.rotation.conjugate().mul(command.rotation).to_rotation_vector();
+    let error = (joint.rotation.conjugate() * command.rotation).to_rotation_vector();
     let w = joint.velocity;
     let torque = (error - w * h) * command.kp + (command.velocity - w) * command.kd;
     let implicit = h * h.mul_add(command.kp, command.kd);

@@ -2,6 +2,7 @@
 //! platform gives the same bits.
 
 use crate::math::{Mat3, Real, Vec3};
+use core::ops::Mul;
 use glam::DQuat;
 
 /// A rotation, `w + x i + y j + z k`, with one quaternion per lane.
@@ -73,12 +74,6 @@ impl<R: Real> Quat<R> {
     pub fn conjugate(self) -> Self {
         Self { v: -self.v, w: self.w }
     }
-    /// Hamilton product: rotate by `b`, then by `self`.
-    #[inline(always)]
-    pub fn mul(self, b: Self) -> Self {
-        let c = self.v.cross(b.v);
-        Self { v: self.v.mul_add(b.w, b.v.mul_add(self.w, c)), w: self.w * b.w - self.v.dot(b.v) }
-    }
     /// The rotation matrix of a unit quaternion.
     #[inline(always)]
     pub fn to_mat3(self) -> Mat3<R> {
@@ -129,5 +124,15 @@ impl<R: Real> Quat<R> {
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         Self { v: Vec3::select(mask, if_true.v, if_false.v), w: R::select(mask, if_true.w, if_false.w) }
+    }
+}
+
+impl<R: Real> Mul for Quat<R> {
+    type Output = Self;
+    /// Hamilton product: rotate by `b`, then by `self`.
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        let c = self.v.cross(b.v);
+        Self { v: self.v.mul_add(b.w, b.v.mul_add(self.w, c)), w: self.w * b.w - self.v.dot(b.v) }
     }
 }

@@ -132,18 +132,17 @@ impl KeyPoses {
     /// Reads a file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, KeyPoseError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| KeyPoseError::Io { path: path.to_path_buf(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| KeyPoseError::Io { path: path.to_path_buf(), source })?;
         Self::from_ron(&text, path)
     }
 
     /// Reads text; `path` is for messages.
     pub fn from_ron(text: &str, path: impl AsRef<Path>) -> Result<Self, KeyPoseError> {
         let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-        options.from_str(text).map_err(|e| KeyPoseError::Syntax {
-            path: path.as_ref().to_path_buf(),
-            message: e.to_string(),
-        })
+        options
+            .from_str(text)
+            .map_err(|e| KeyPoseError::Syntax { path: path.as_ref().to_path_buf(), message: e.to_string() })
     }
 
     fn check(&self, model: &CharacterModel) -> Result<(), KeyPoseError> {

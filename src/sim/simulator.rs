@@ -1,8 +1,8 @@
 //! The simulator: model, state, commands and work space of one character or one batch of lanes.
 
 use crate::contact::{
-    BladeEdge, CollisionCapsule, ContactScratch, ContactSettings, SelfCollisionSettings, Terrain, build_rows,
-    detect_contacts, self_collision_forces, solve_contacts,
+    BladeEdge, CollisionCapsule, ContactScratch, ContactSettings, RowInputs, SelfCollisionSettings, Terrain,
+    build_rows, detect_contacts, self_collision_forces, solve_contacts,
 };
 use crate::dynamics::{
     ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
@@ -328,18 +328,18 @@ impl<R: Real> Simulator<R> {
             &self.contact.groups,
         );
         self.predict_velocities();
-        build_rows(
-            &self.model,
-            &self.kinematics,
-            self.state.root_position,
-            &self.settings.contact,
-            self.friction_scale,
-            &self.state.grip_anchors,
-            &self.state.contact_impulses,
-            &self.state.grip_impulses,
-            1.0 / self.settings.rate,
-            &mut self.contact,
-        );
+        let inputs = RowInputs {
+            model: &self.model,
+            kinematics: &self.kinematics,
+            root_position: self.state.root_position,
+            settings: &self.settings.contact,
+            friction_scale: self.friction_scale,
+            grip_anchors: &self.state.grip_anchors,
+            warm_points: &self.state.contact_impulses,
+            warm_grips: &self.state.grip_impulses,
+            h: 1.0 / self.settings.rate,
+        };
+        build_rows(&inputs, &mut self.contact);
         solve_contacts(self.settings.contact.sweeps, &mut self.contact);
         self.apply_contact_impulses();
     }

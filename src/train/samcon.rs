@@ -136,7 +136,9 @@ pub enum ReconstructError {
         valid: String,
     },
     /// Every way forward fell.
-    #[error("no sample passes window {window} of {windows} (at {time:.2} s) after going back {backtracks} times; best cost {cost:.1}")]
+    #[error(
+        "no sample passes window {window} of {windows} (at {time:.2} s) after going back {backtracks} times; best cost {cost:.1}"
+    )]
     DeadEnd {
         /// Window in which all samples fall.
         window: usize,
@@ -247,11 +249,11 @@ impl Search<'_> {
                 let from = &elites[parents[lane]];
                 // A quarter of the samples search nearby, a quarter far away.
                 let scale = spread * [0.35, 0.7, 1.0, 1.4][random.below(4)];
-                for i in 1..links {
-                    let deviation = self.options.deviation * self.weights[i] * scale;
+                let joints = offsets[lane].iter_mut().zip(&from.offsets).zip(&self.weights).skip(1);
+                for ((offset, before), weight) in joints {
+                    let deviation = self.options.deviation * weight * scale;
                     let draw = DVec3::new(random.normal(), random.normal(), random.normal()) * deviation;
-                    let offset = from.offsets[i] * self.options.persistence + draw;
-                    offsets[lane][i] = offset.clamp_length_max(1.6);
+                    *offset = (*before * self.options.persistence + draw).clamp_length_max(1.6);
                 }
                 worker.sim.state.copy_lane(lane, &from.state, 0);
             }
@@ -320,11 +322,8 @@ impl Search<'_> {
                 scope.spawn(move || self.run_samples(worker, window, attempt, spread, elites, range));
             }
         });
-        let mut order: Vec<(usize, usize)> = workers
-            .iter()
-            .enumerate()
-            .flat_map(|(w, worker)| (0..worker.results.len()).map(move |k| (w, k)))
-            .collect();
+        let mut order: Vec<(usize, usize)> =
+            workers.iter().enumerate().flat_map(|(w, worker)| (0..worker.results.len()).map(move |k| (w, k))).collect();
         let cost_of = |&(w, k): &(usize, usize)| workers[w].results[k].cost;
         order.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)).then(a.cmp(b)));
         order.truncate(self.options.keep);
@@ -333,9 +332,8 @@ impl Search<'_> {
 }
 
 fn check(options: &ReconstructOptions, rate: f64) -> Result<(), ReconstructError> {
-    let bad = |option, found: String, valid: &str| {
-        Err(ReconstructError::Option { option, found, valid: valid.to_string() })
-    };
+    let bad =
+        |option, found: String, valid: &str| Err(ReconstructError::Option { option, found, valid: valid.to_string() });
     if !(4..=1 << 20).contains(&options.samples) {
         return bad("samples", options.samples.to_string(), "4 to 1048576");
     }
@@ -353,7 +351,11 @@ fn check(options: &ReconstructOptions, rate: f64) -> Result<(), ReconstructError
     }
     let per_tick = rate / options.tick_rate;
     if !(per_tick.is_finite() && per_tick >= 1.0 && (per_tick - per_tick.round()).abs() < 1e-9) {
-        return bad("tick_rate", options.tick_rate.to_string(), &format!("a whole fraction of {rate} steps per second"));
+        return bad(
+            "tick_rate",
+            options.tick_rate.to_string(),
+            &format!("a whole fraction of {rate} steps per second"),
+        );
     }
     Ok(())
 }
@@ -432,9 +434,7 @@ fn search_once(
         model,
         world,
         options,
-        targets: (1..=windows)
-            .map(|w| CostTarget::new(model, &ends, &reference.ticks[(w * n).min(last)]))
-            .collect(),
+        targets: (1..=windows).map(|w| CostTarget::new(model, &ends, &reference.ticks[(w * n).min(last)])).collect(),
         reference: &reference,
         weights: joint_weights(model),
         ends,
@@ -455,7 +455,8 @@ fn search_once(
         (0..options.threads).map(|_| Worker { sim: wide.clone(), results: Vec::new() }).collect();
 
     // The kept states after each window; entry 0 is the start.
-    let first = Elite { state: start.state.clone(), offsets: vec![DVec3::ZERO; model.links.len()], parent: 0, cost: 0.0 };
+    let first =
+        Elite { state: start.state.clone(), offsets: vec![DVec3::ZERO; model.links.len()], parent: 0, cost: 0.0 };
     let mut history: Vec<Vec<Elite>> = vec![vec![first]];
     let mut tries = vec![0_u32; search.windows()];
     let mut backtracks = 0;

@@ -129,7 +129,12 @@ impl Reconstruct {
         let found = reconstruct(&model, &world.world(), &world.to_string(), &clip, &options, |news| {
             bar.set_length(news.windows as u64);
             bar.set_position(news.window as u64 + 1);
-            bar.set_message(format!("attempt {}: best cost {:.2}, went back {} times", news.attempt + 1, news.cost, news.backtracks));
+            bar.set_message(format!(
+                "attempt {}: best cost {:.2}, went back {} times",
+                news.attempt + 1,
+                news.cost,
+                news.backtracks
+            ));
             true
         });
         bar.finish_and_clear();
@@ -141,8 +146,13 @@ impl Reconstruct {
 
         // Replayed as `simulate --control` would.
         let script = Script::Control(Box::new(found.control));
-        let replay =
-            PerformOptions { settings: SimulationSettings::of(&model), seconds: None, kp: None, kd: None, pushes: vec![] };
+        let replay = PerformOptions {
+            settings: SimulationSettings::of(&model),
+            seconds: None,
+            kp: None,
+            kd: None,
+            pushes: vec![],
+        };
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(script.seconds(), true));
         let report = perform(&model, &world.world(), &script, &replay, |sim, reference| {
             if let Some(frames) = &mut frames {
@@ -173,7 +183,9 @@ impl Reconstruct {
         }
         if meets {
             if !self.json {
-                say(&format!("meets            no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees"))?;
+                say(&format!(
+                    "meets            no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees"
+                ))?;
             }
             return Ok(ExitCode::SUCCESS);
         }
@@ -184,7 +196,12 @@ impl Reconstruct {
         Ok(ExitCode::from(FOLLOWS_BADLY))
     }
 
-    fn print(&self, report: &PerformanceReport, taken: f64, backtracks: usize) -> Result<(), Box<dyn std::error::Error>> {
+    fn print(
+        &self,
+        report: &PerformanceReport,
+        taken: f64,
+        backtracks: usize,
+    ) -> Result<(), Box<dyn std::error::Error>> {
         say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
         say(&format!("motion           {:.3} s", report.seconds))?;
         match (report.fell_at, report.fall) {
