@@ -27,7 +27,7 @@ fn main() -> AppExit {
 fn spawn(mut commands: Commands, assets: Res<AssetServer>) {
     commands.spawn((
         Athlete(assets.load("characters/skater.character.ron")),
-        AthleteController::Play(assets.load("demo/stroking.control.ron")),
+        AthleteController::Play(assets.load("skills/skating/stroking/stroking.control.ron")),
     ));
 }
 

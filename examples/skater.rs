@@ -26,7 +26,7 @@ fn setup(
     // The skater: a character, what it performs, where it starts.
     commands.spawn((
         Athlete(assets.load("characters/skater.character.ron")),
-        AthleteController::Play(assets.load("demo/stroking.control.ron")),
+        AthleteController::Play(assets.load("skills/skating/stroking/stroking.control.ron")),
         AthleteSettings { restart_after: Some(1.0), ..default() },
         AthleteGhost::default(),
         Transform::from_xyz(0.0, 0.0, 5.0),

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The demo's own control, part of the program so that it runs from anywhere.
-const STROKING: &str = include_str!("../../assets/demo/stroking.control.ron");
+const STROKING: &str = include_str!("../../assets/skills/skating/stroking/stroking.control.ron");
 
 /// A character, what it performs and what it stands on.
 #[derive(Clone, Debug)]

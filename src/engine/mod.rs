@@ -7,7 +7,7 @@
 //! fn spawn(mut commands: Commands, assets: Res<AssetServer>) {
 //!     commands.spawn((
 //!         Athlete(assets.load("characters/skater.character.ron")),
-//!         AthleteController::Play(assets.load("demo/stroking.control.ron")),
+//!         AthleteController::Play(assets.load("skills/skating/stroking/stroking.control.ron")),
 //!         Transform::from_xyz(0.0, 0.0, 10.0),
 //!     ));
 //! }
