@@ -164,7 +164,9 @@ fn simulate_reads_bvh_by_a_map_of_the_users_own() {
     refused(&run, &["own.bvh", "--map", "hip, back"]);
     let trunk = done_json(&["info", "--character", "runner", "--json"])["links"][1]["name"].clone();
     let link = format!("(link: \"{}\", joints: [\"back\"])", trunk.as_str().unwrap());
-    let map = format!("(name: \"own\", unit: 0.01, up: (0, 1, 0), facing: (0, 0, -1), root: (link: \"pelvis\", joints: [\"hip\"]), links: [{link}])");
+    let map = format!(
+        "(name: \"own\", unit: 0.01, up: (0, 1, 0), facing: (0, 0, -1), root: (link: \"pelvis\", joints: [\"hip\"]), links: [{link}])"
+    );
     let map = folder.write("own.map.ron", &map);
     let report = done_json(&[&run[..], &["--map", &map]].concat());
     assert_eq!((report["steps"].as_u64(), report["clip"].as_str()), (Some(200), Some("own")));

@@ -108,9 +108,9 @@ fn four_lanes_are_four_scalars() {
         let (model, world) = (preset(name).unwrap(), world_of(name));
         let mut wide = new::<F64x4>(&model);
         let mut scalars: Vec<Simulator<f64>> = (0..4).map(|_| new(&model)).collect();
-        for lane in 0..4 {
+        for (lane, scalar) in scalars.iter_mut().enumerate() {
             start(&mut wide, lane, lane);
-            start(&mut scalars[lane], 0, lane);
+            start(scalar, 0, lane);
         }
         let mut touching = 0;
         for k in 0..1000 {

@@ -21,8 +21,8 @@ pub struct AthleteLook {
 impl Default for AthleteLook {
     fn default() -> Self {
         Self {
-            left: Color::srgb(0.90, 0.35, 0.24),
-            right: Color::srgb(0.13, 0.44, 0.71),
+            left: Color::srgb(0.13, 0.44, 0.71),
+            right: Color::srgb(0.90, 0.35, 0.24),
             middle: Color::srgb(0.94, 0.90, 0.84),
             steel: Color::srgb(0.72, 0.76, 0.80),
             shadows: true,

@@ -5,7 +5,7 @@
 //! lifts the toes, `-x` bends the knee and the trunk forwards, `+y` turns to the left, `+z` tilts to the left (a hanging
 //! arm or leg goes to the right).
 //!
-//! Poses become a clip by Catmull-Rom curves through the angles. The body travels along -Z at the file's speed; its
+//! Poses become a clip by monotone cubic curves through the angles. The body travels along -Z at the file's speed; its
 //! height is such that the lowest contact point is on the ground, or given.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
@@ -105,9 +105,17 @@ pub enum KeyPoseError {
     Clip(#[from] ClipError),
 }
 
-/// Catmull-Rom curve between `b` and `c`, `s` in [0, 1].
+/// Slope at a point with the steps `before` and `after`: their harmonic mean, zero where the motion turns round, so
+/// that a joint never swings beyond its poses. Fritsch, Butland 1984, "A Method for Constructing Local Monotone
+/// Piecewise Cubic Interpolants".
+fn slope(before: f64, after: f64) -> f64 {
+    if before * after > 0.0 { 2.0 * before * after / (before + after) } else { 0.0 }
+}
+
+/// Curve between `b` and `c` with neighbours `a` and `d`, `s` in [0, 1], component by component.
 fn curve(a: DVec3, b: DVec3, c: DVec3, d: DVec3, s: f64) -> DVec3 {
-    let (m0, m1) = ((c - a) * 0.5, (d - b) * 0.5);
+    let slopes = |x: DVec3, y: DVec3| DVec3::new(slope(x.x, y.x), slope(x.y, y.y), slope(x.z, y.z));
+    let (m0, m1) = (slopes(b - a, c - b), slopes(c - b, d - c));
     let (s2, s3) = (s * s, s * s * s);
     b * (2.0 * s3 - 3.0 * s2 + 1.0) + m0 * (s3 - 2.0 * s2 + s) + c * (3.0 * s2 - 2.0 * s3) + m1 * (s3 - s2)
 }

@@ -2,7 +2,7 @@
 
 use crate::control::ReferenceTick;
 use crate::dynamics::{LinkConstants, LinkKinematics, State, totals, update_positions, update_velocities};
-use crate::math::{Motion, Real};
+use crate::math::{Motion, Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
 use glam::{DQuat, DVec3};
@@ -28,6 +28,8 @@ pub(crate) struct CostScales {
     pub com_velocity: f64,
     /// End effectors relative to the centre of mass, m.
     pub ends: f64,
+    /// Rotation of links that the reference has on the ground, rad: a blade glides on both its ends.
+    pub stance: f64,
 }
 
 impl Default for CostScales {
@@ -42,6 +44,7 @@ impl Default for CostScales {
             root_velocity: 1.0,
             com_velocity: 0.12,
             ends: 0.08,
+            stance: 0.10,
         }
     }
 }
@@ -57,7 +60,12 @@ pub(crate) struct CostTarget {
     pub com: DVec3,
     pub com_velocity: DVec3,
     pub ends: Vec<DVec3>,
+    /// Links on the ground and their rotations, link axes to world axes.
+    pub stance: Vec<(usize, DQuat)>,
 }
+
+/// Height below which a link of the reference counts as on the ground, m.
+const ON_GROUND: f64 = 0.015;
 
 /// Links whose places are compared: those without children.
 pub(crate) fn end_links(model: &CharacterModel) -> Vec<usize> {
@@ -90,7 +98,20 @@ impl CostTarget {
         let com = totals(&constants, &links, mass).com;
         let momentum = crate::dynamics::momentum(&constants, &links, com);
         let root = p.root_position;
+        let lowest = |i: usize| {
+            let points = model.contact_points.iter().filter(|c| c.link == i);
+            let height = |c: &crate::model::ContactPoint| {
+                (root + (links[i].origin + links[i].rotation.mul_vec(Vec3::splat(c.position))).lane(0)).y - c.radius
+            };
+            points.map(height).fold(f64::INFINITY, f64::min)
+        };
+        let stance = ends
+            .iter()
+            .filter(|&&i| lowest(i) < ON_GROUND)
+            .map(|&i| (i, DQuat::from_mat3(&links[i].rotation.lane(0)).normalize()))
+            .collect();
         Self {
+            stance,
             joints: p.joints.clone(),
             joint_velocities: v.joints.clone(),
             root_position: root,
@@ -148,6 +169,12 @@ pub(crate) fn cost<R: Real>(
         .sum::<f64>()
         / ends.len().max(1) as f64;
 
+    let stance_error: f64 = target
+        .stance
+        .iter()
+        .map(|(i, q)| squared_angle(DQuat::from_mat3(&sim.kinematics()[*i].rotation.lane(lane)).normalize(), *q))
+        .sum();
+
     let s = scales;
     let level = DVec3::new(offset.x, 0.0, offset.z).length_squared();
     let total = pose / sum / (s.joint * s.joint)
@@ -158,6 +185,7 @@ pub(crate) fn cost<R: Real>(
         + root_rotation / (s.root_angle * s.root_angle)
         + (angular.lane(lane) - target.root_angular).length_squared() / (s.root_velocity * s.root_velocity)
         + (com_velocity - target.com_velocity).length_squared() / (s.com_velocity * s.com_velocity)
-        + ends_error / (s.ends * s.ends);
+        + ends_error / (s.ends * s.ends)
+        + stance_error / (s.stance * s.stance);
     if fallen { total + 1e6 } else { total }
 }
