@@ -1,5 +1,6 @@
 //! Which contact points are near a surface, and the work space of the contact stages.
 
+use crate::contact::solver::ContactCluster;
 use crate::contact::{BladeContact, ContactMobility, SurfaceHit, Terrain};
 use crate::dynamics::LinkKinematics;
 use crate::math::{Force, Motion, Real, Vec3};
@@ -96,6 +97,8 @@ pub struct ContactScratch<R: Real> {
     pub candidates: Vec<ContactCandidate<R>>,
     /// Links that take part.
     pub groups: Vec<ContactGroup<R>>,
+    /// Clusters of those links.
+    pub(crate) clusters: Vec<ContactCluster<R>>,
     /// Inverse inertias between them.
     pub mobility: ContactMobility<R>,
 }
@@ -137,6 +140,7 @@ impl<R: Real> ContactScratch<R> {
             blades: vec![None; model.blades.len()],
             candidates: Vec::with_capacity(capacity),
             groups: Vec::with_capacity(capacity),
+            clusters: Vec::with_capacity(capacity),
             mobility: ContactMobility::new(model),
         }
     }
