@@ -19,31 +19,30 @@ impl<R: Real> Default for Quat<R> {
     }
 }
 
-/// `acos(w) / sqrt(1 - w^2)` for `w` in [0, 1]: a polynomial in `2 w - 1`, from the Chebyshev expansion cut at degree 10.
+/// `acos(w) / sqrt(1 - w^2)` for `w` in [0, 1]: a polynomial in `t = 2 w - 1`, from the Chebyshev expansion cut at
+/// degree 8 (the nearest singularity is at `w = -1`, so the Chebyshev coefficients fall by 6 each).
 ///
 /// Times twice the vector part of a unit quaternion with `w >= 0` this is the rotation vector. The largest error is
-/// below 3e-9 (the nearest singularity is at `w = -1`, so the Chebyshev coefficients fall by 6 each).
+/// 1.1e-7, of a servo's error angle: 1e-4 N m at a gain of 1000 N m/rad and a whole radian.
 #[inline(always)]
 pub fn half_angle_over_sine<R: Real>(w: R) -> R {
-    const C: [f64; 11] = [
-        1.209199575780444,
-        -0.26360016626530397,
-        0.06973321884367324,
-        -0.01983665343841151,
-        0.005861320559752052,
-        -0.0017756410692077703,
-        0.0005460639278850627,
-        -0.00016329768374555415,
-        5.0666721266322e-05,
-        -2.240253093255419e-05,
-        7.317167595870132e-06,
+    const C: [f64; 9] = [
+        1.2091995900717827,
+        -0.2635993786762905,
+        0.06973250427668959,
+        -0.01984715462514179,
+        0.005867037095944448,
+        -0.001737836797405274,
+        0.0005300576256305423,
+        -0.00021370337891289808,
+        6.895963918732112e-05,
     ];
     let t = w + w - R::one();
-    let mut sum = R::splat(C[10]);
-    for k in (0..10).rev() {
-        sum = sum.mul_add(t, R::splat(C[k]));
-    }
-    sum
+    // Even and odd powers apart: two short chains instead of a long one.
+    let t2 = t * t;
+    let odd = [5, 3, 1].iter().fold(R::splat(C[7]), |sum, &k| sum.mul_add(t2, R::splat(C[k])));
+    let even = [6, 4, 2, 0].iter().fold(R::splat(C[8]), |sum, &k| sum.mul_add(t2, R::splat(C[k])));
+    odd.mul_add(t, even)
 }
 
 impl<R: Real> Quat<R> {
