@@ -143,17 +143,17 @@ fn fingerprints<R: Real>(world: &World, first: u64, holds_on: bool) -> (Vec<Vec<
     let (mut prints, mut touching) = (vec![Vec::new(); R::LANES], vec![0; R::LANES]);
     for k in 0..1000 {
         if k % 50 == 0 {
-            for lane in 0..R::LANES {
+            for (lane, prints) in prints.iter_mut().enumerate() {
                 command(&mut sim, lane, first + lane as u64, k);
-                prints[lane].push(sim.state.fingerprint(lane));
+                prints.push(sim.state.fingerprint(lane));
             }
         }
         if k == 500 {
             sim.state.grip_anchors[0] = None;
         }
         step(&mut sim, world);
-        for lane in 0..R::LANES {
-            touching[lane] += usize::from(sim.loaded_points(lane) > 0);
+        for (lane, touching) in touching.iter_mut().enumerate() {
+            *touching += usize::from(sim.loaded_points(lane) > 0);
             assert!(sim.is_sane(lane), "lane {lane} went bad in step {k}");
         }
     }
@@ -334,8 +334,8 @@ fn a_falling_ball_slides_to_rest_at_coulombs_distance() {
         step(&mut sim, &world);
     }
     // In the air at full speed, a landing that takes mu times the speed of impact, then an even deceleration.
-    let (mu, g) = (0.5 * Surface::GROUND.friction, 9.81);
-    let fall_time = (2.0 * drop / g as f64).sqrt();
+    let (mu, g) = (0.5 * Surface::GROUND.friction, 9.81_f64);
+    let fall_time = (2.0 * drop / g).sqrt();
     let landed = speed - mu * g * fall_time;
     let expected = speed * fall_time + landed * landed / (2.0 * mu * g);
     let place = sim.state.root_position.lane(0);

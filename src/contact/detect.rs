@@ -82,6 +82,15 @@ pub(crate) struct Probe<R: Real> {
     pub arm: Vec3<R>,
 }
 
+/// What is known of a candidate when it joins.
+struct NewContact<R: Real> {
+    source: usize,
+    is_grip: bool,
+    active: R::Mask,
+    blade: R::Mask,
+    arm: Vec3<R>,
+}
+
 /// Work space of the contact stages; allocated once.
 #[derive(Clone, Debug)]
 pub struct ContactScratch<R: Real> {
@@ -206,7 +215,8 @@ pub fn detect_contacts<R: Real>(
     }
 
     let none = R::zero().lt(R::zero());
-    let mut join = |link: usize, source: usize, is_grip: bool, active: R::Mask, blade: R::Mask, arm: Vec3<R>| {
+    let mut join = |link: usize, new: NewContact<R>| {
+        let NewContact { source, is_grip, active, blade, arm } = new;
         let at = candidates.len();
         match groups.last_mut() {
             Some(group) if group.link == link => group.end = at + 1,
@@ -234,13 +244,13 @@ pub fn detect_contacts<R: Real>(
     };
     // Links in ascending order, each with its points first and then its grips.
     let mut next_grip = 0;
-    let mut held = |upto: usize, join: &mut dyn FnMut(usize, usize, bool, R::Mask, R::Mask, Vec3<R>)| {
+    let mut held = |upto: usize, join: &mut dyn FnMut(usize, NewContact<R>)| {
         // Grips are few and their order in the file is free: look at all that belong to links before `upto`.
         while next_grip < upto {
             for (g, grip) in model.grips.iter().enumerate() {
                 if grip.link == next_grip && grips.get(g).is_some_and(Option::is_some) {
                     let arm = kinematics[grip.link].rotation.mul_vec(Vec3::splat(grip.position));
-                    join(grip.link, g, true, !none, none, arm);
+                    join(grip.link, NewContact { source: g, is_grip: true, active: !none, blade: none, arm });
                 }
             }
             next_grip += 1;
@@ -260,7 +270,7 @@ pub fn detect_contacts<R: Real>(
             ContactKind::Point => none,
             ContactKind::BladeToe(b) | ContactKind::BladeHeel(b) => blades[b].map_or(none, |b| b.on_ice),
         };
-        join(point.link, p, false, active, blade, probes[p].arm);
+        join(point.link, NewContact { source: p, is_grip: false, active, blade, arm: probes[p].arm });
     }
     if any_grip {
         held(model.links.len(), &mut join);

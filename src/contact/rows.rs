@@ -59,6 +59,7 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
 }
 
 /// Fills the rows of every candidate. `h` is the step, s.
+#[allow(clippy::too_many_arguments)]
 #[inline]
 pub fn build_rows<R: Real>(
     model: &CharacterModel,

@@ -101,18 +101,20 @@ fn sweep_link<R: Real>(group: &mut ContactGroup<R>, candidates: &mut [ContactCan
     w
 }
 
-/// Tells the other links of the cluster about the wrench `w` on group number `a`; returns what reaches the hub.
+/// Tells the other links of the cluster, from group number `first` on, about the wrench `w` on group number `a`; returns
+/// what reaches the hub.
 #[inline(always)]
 fn tell_cluster<R: Real>(
     mobility: &ContactMobility<R>,
     groups: &mut [ContactGroup<R>],
     cluster: &ContactCluster<R>,
     a: usize,
+    first: usize,
     w: &Force<R>,
 ) -> Force<R> {
     let link = groups[a].link;
     groups[a].wrench += *w;
-    for (b, group) in groups[..cluster.end].iter_mut().enumerate().skip(cluster.start) {
+    for (b, group) in groups[..cluster.end].iter_mut().enumerate().skip(first) {
         if b != a {
             group.velocity += mobility.near_response(group.link, link, w);
         }
@@ -120,11 +122,17 @@ fn tell_cluster<R: Real>(
     mobility.to_hub(link, w)
 }
 
-/// Tells the other clusters about the wrench `w` on the hub of cluster number `a`.
+/// Tells the other clusters, from number `first` on, about the wrench `w` on the hub of cluster number `a`.
 #[inline(always)]
-fn tell_others<R: Real>(mobility: &ContactMobility<R>, clusters: &mut [ContactCluster<R>], a: usize, w: &Force<R>) {
+fn tell_others<R: Real>(
+    mobility: &ContactMobility<R>,
+    clusters: &mut [ContactCluster<R>],
+    a: usize,
+    first: usize,
+    w: &Force<R>,
+) {
     let hub = clusters[a].hub;
-    for (b, cluster) in clusters.iter_mut().enumerate() {
+    for (b, cluster) in clusters.iter_mut().enumerate().skip(first) {
         if b != a {
             cluster.pending += mobility.near_response(cluster.hub, hub, w);
         }
@@ -156,12 +164,14 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
                 add_wrench(c, &c.impulses, &mut w);
             }
             group.velocity += mobility.own(group.link).mul_force(&w);
-            to_hub += tell_cluster(mobility, groups, &cluster, a, &w);
+            to_hub += tell_cluster(mobility, groups, &cluster, a, cluster.start, &w);
         }
-        tell_others(mobility, clusters, at, &to_hub);
+        tell_others(mobility, clusters, at, 0, &to_hub);
     }
 
-    for _ in 0..sweeps {
+    for sweep in 0..sweeps {
+        // In the last sweep only those that still have their turn need to hear.
+        let last = sweep + 1 == sweeps;
         for at in 0..clusters.len() {
             let cluster = clusters[at];
             clusters[at].pending = Motion::zero();
@@ -171,9 +181,10 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
             let mut to_hub = Force::zero();
             for a in cluster.start..cluster.end {
                 let w = sweep_link(&mut groups[a], candidates);
-                to_hub += tell_cluster(mobility, groups, &cluster, a, &w);
+                let first = if last { a + 1 } else { cluster.start };
+                to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
             }
-            tell_others(mobility, clusters, at, &to_hub);
+            tell_others(mobility, clusters, at, if last { at + 1 } else { 0 }, &to_hub);
         }
     }
 }

@@ -72,6 +72,8 @@ impl<R: Real> Quat<R> {
     pub fn conjugate(self) -> Self {
         Self { v: -self.v, w: self.w }
     }
+    // A method, not the operator: a product of rotations should not look like one of numbers.
+    #[allow(clippy::should_implement_trait)]
     /// Hamilton product: rotate by `b`, then by `self`.
     #[inline(always)]
     pub fn mul(self, b: Self) -> Self {
