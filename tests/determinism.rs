@@ -15,8 +15,8 @@ use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use common::*;
 use glam::{DQuat, DVec3};
 
-const SKATER_ON_ICE: u64 = 0xc1df_bea8_bde5_38a4;
-const FOOT_HUMAN_ON_GROUND: u64 = 0xe426_5b1e_d9c3_1702;
+const SKATER_ON_ICE: u64 = 0x316b_e6a9_199c_f749;
+const FOOT_HUMAN_ON_GROUND: u64 = 0x0ccd_ce0f_836a_3247;
 
 fn new<R: Real>(model: &SharedModel) -> Simulator<R> {
     Simulator::new(model.clone(), SimulationSettings::of(model))

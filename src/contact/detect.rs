@@ -1,5 +1,6 @@
 //! Which contact points are near a surface, and the work space of the contact stages.
 
+use crate::contact::solver::ContactCluster;
 use crate::contact::{BladeContact, ContactMobility, SurfaceHit, Terrain};
 use crate::dynamics::LinkKinematics;
 use crate::math::{Force, Motion, Real, Vec3};
@@ -81,6 +82,15 @@ pub(crate) struct Probe<R: Real> {
     pub arm: Vec3<R>,
 }
 
+/// What is known of a candidate when it joins.
+struct NewContact<R: Real> {
+    source: usize,
+    is_grip: bool,
+    active: R::Mask,
+    blade: R::Mask,
+    arm: Vec3<R>,
+}
+
 /// Work space of the contact stages; allocated once.
 #[derive(Clone, Debug)]
 pub struct ContactScratch<R: Real> {
@@ -96,6 +106,8 @@ pub struct ContactScratch<R: Real> {
     pub candidates: Vec<ContactCandidate<R>>,
     /// Links that take part.
     pub groups: Vec<ContactGroup<R>>,
+    /// Clusters of those links.
+    pub(crate) clusters: Vec<ContactCluster<R>>,
     /// Inverse inertias between them.
     pub mobility: ContactMobility<R>,
 }
@@ -137,6 +149,7 @@ impl<R: Real> ContactScratch<R> {
             blades: vec![None; model.blades.len()],
             candidates: Vec::with_capacity(capacity),
             groups: Vec::with_capacity(capacity),
+            clusters: Vec::with_capacity(capacity),
             mobility: ContactMobility::new(model),
         }
     }
@@ -202,43 +215,42 @@ pub fn detect_contacts<R: Real>(
     }
 
     let none = R::zero().lt(R::zero());
-    let blank = ContactCandidate {
-        source: 0,
-        is_grip: false,
-        blade: none,
-        active: none,
-        arm: Vec3::zero(),
-        place: Vec3::zero(),
-        directions: [Vec3::zero(); 3],
-        moments: [Vec3::zero(); 3],
-        aims: [R::zero(); 3],
-        responses: [Motion::zero(); 3],
-        coupling: [R::zero(); 6],
-        effective_mass: [R::zero(); 3],
-        impulses: [R::zero(); 3],
-        friction: R::zero(),
-        partner: 0,
-        bite: R::zero(),
-    };
-    let mut join = |link: usize, candidate: ContactCandidate<R>| {
+    let mut join = |link: usize, new: NewContact<R>| {
+        let NewContact { source, is_grip, active, blade, arm } = new;
         let at = candidates.len();
         match groups.last_mut() {
             Some(group) if group.link == link => group.end = at + 1,
             _ => groups.push(ContactGroup { start: at, end: at + 1, ..ContactGroup::on_link(link) }),
         }
-        let place = kinematics[link].origin + candidate.arm;
-        candidates.push(ContactCandidate { partner: at, place, ..candidate });
+        // The rows follow later; what matters here is that the struct is written in place, once.
+        candidates.push(ContactCandidate {
+            source,
+            is_grip,
+            blade,
+            active,
+            arm,
+            place: kinematics[link].origin + arm,
+            directions: [Vec3::zero(); 3],
+            moments: [Vec3::zero(); 3],
+            aims: [R::zero(); 3],
+            responses: [Motion::zero(); 3],
+            coupling: [R::zero(); 6],
+            effective_mass: [R::zero(); 3],
+            impulses: [R::zero(); 3],
+            friction: R::zero(),
+            partner: at,
+            bite: R::zero(),
+        });
     };
     // Links in ascending order, each with its points first and then its grips.
     let mut next_grip = 0;
-    let mut held = |upto: usize, join: &mut dyn FnMut(usize, ContactCandidate<R>)| {
+    let mut held = |upto: usize, join: &mut dyn FnMut(usize, NewContact<R>)| {
         // Grips are few and their order in the file is free: look at all that belong to links before `upto`.
         while next_grip < upto {
             for (g, grip) in model.grips.iter().enumerate() {
                 if grip.link == next_grip && grips.get(g).is_some_and(Option::is_some) {
                     let arm = kinematics[grip.link].rotation.mul_vec(Vec3::splat(grip.position));
-                    let all = !none;
-                    join(grip.link, ContactCandidate { source: g, is_grip: true, active: all, arm, ..blank });
+                    join(grip.link, NewContact { source: g, is_grip: true, active: !none, blade: none, arm });
                 }
             }
             next_grip += 1;
@@ -258,7 +270,7 @@ pub fn detect_contacts<R: Real>(
             ContactKind::Point => none,
             ContactKind::BladeToe(b) | ContactKind::BladeHeel(b) => blades[b].map_or(none, |b| b.on_ice),
         };
-        join(point.link, ContactCandidate { source: p, active, blade, arm: probes[p].arm, ..blank });
+        join(point.link, NewContact { source: p, is_grip: false, active, blade, arm: probes[p].arm });
     }
     if any_grip {
         held(model.links.len(), &mut join);

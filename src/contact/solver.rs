@@ -1,115 +1,194 @@
 //! Projected Gauss-Seidel over the contact rows.
 //!
-//! Rows of one link share that link's velocity; between links the impulses are handed over block by block, once all
-//! rows of a link are done. Nothing reads another link's velocity in between, so this is Gauss-Seidel exactly.
+//! Rows of one link share that link's velocity. The motions that other links bring arrive together when the link's turn
+//! comes: those from its own cluster at once, those from other clusters through the hub. Nothing reads a link's velocity
+//! in between, so this is Gauss-Seidel exactly.
 
-use crate::contact::{ContactCandidate, ContactScratch};
+use crate::contact::{ContactCandidate, ContactGroup, ContactMobility, ContactScratch};
 use crate::math::{Force, Motion, Real};
 
-/// The velocity of the link along the three rows, less the aim, in order.
+/// The links in contact of one cluster (see [`ContactMobility`]).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactCluster<R> {
+    /// Topmost link of the cluster.
+    hub: usize,
+    /// First group.
+    start: usize,
+    /// One past the last group.
+    end: usize,
+    /// Motion of the hub, brought by other clusters, that the cluster's links have not yet heard of.
+    pending: Motion<R>,
+}
+
+/// `J v - aim`: the velocity of the link along the three rows, less what is aimed at.
 #[inline(always)]
 fn residuals<R: Real>(c: &ContactCandidate<R>, v: &Motion<R>) -> [R; 3] {
-    let along = |r: usize| v.angular.dot(c.moments[r]) + v.linear.dot(c.directions[r]) - c.aims[r];
+    // Two short sums side by side: the points of a link wait for each other here.
+    let along = |r: usize| v.angular.dot(c.moments[r]) + v.linear.dot_add(c.directions[r], -c.aims[r]);
     [along(0), along(1), along(2)]
 }
 
-/// Adds impulses along the rows to the link's velocity and wrench.
+/// Adds the motion `Omega J^T d` of impulses along the rows.
 #[inline(always)]
-fn apply<R: Real>(c: &ContactCandidate<R>, change: [R; 3], v: &mut Motion<R>, w: &mut Force<R>) {
-    let rows = c.responses.iter().zip(&c.moments).zip(&c.directions).zip(change);
-    for (((response, moment), direction), d) in rows {
-        *v = response.mul_add(d, v);
-        w.moment = moment.mul_add(d, w.moment);
-        w.force = direction.mul_add(d, w.force);
+fn add_response<R: Real>(c: &ContactCandidate<R>, d: &[R; 3], v: &mut Motion<R>) {
+    for (d, response) in d.iter().zip(&c.responses) {
+        *v = response.mul_add(*d, v);
     }
 }
 
-/// Solves for the impulses of all candidates. The groups' velocities must be those without contact; afterwards they
-/// include it, and their wrenches hold the impulse wrench on each link.
+/// Adds the wrench `J^T d` of impulses along the rows.
+#[inline(always)]
+fn add_wrench<R: Real>(c: &ContactCandidate<R>, d: &[R; 3], w: &mut Force<R>) {
+    for ((d, moment), direction) in d.iter().zip(&c.moments).zip(&c.directions) {
+        w.moment = moment.mul_add(*d, w.moment);
+        w.force = direction.mul_add(*d, w.force);
+    }
+}
+
+/// The new impulses at a point: each row in turn is brought to its aim, then back into the cone.
+#[inline(always)]
+fn project<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_normal: R) -> [R; 3] {
+    let [n0, t0, s0] = c.impulses;
+    let [un, ut, us] = residuals;
+    let [_, _, _, nt, ns, ts] = c.coupling;
+
+    // Normal: pushes only. A grip pulls as well.
+    let n = un.neg_mul_add(c.effective_mass[0], n0);
+    let n = if c.is_grip { n } else { n.max(R::zero()) };
+    let dn = n - n0;
+    let ut = nt.mul_add(dn, ut);
+    let us = ns.mul_add(dn, us);
+    let t = ut.neg_mul_add(c.effective_mass[1], t0);
+    if c.is_grip {
+        let us = ts.mul_add(t - t0, us);
+        return [n, t, us.neg_mul_add(c.effective_mass[2], s0)];
+    }
+    let limit = c.friction * n;
+    // Blade: friction along, the edge across. Others: first free in both, then onto the disc.
+    let t_line = t.clamp(-limit, limit);
+    let t_first = R::select(c.blade, t_line, t);
+    let us_after = ts.mul_add(t_first - t0, us);
+    let s = us_after.neg_mul_add(c.effective_mass[2], s0);
+    let bite = c.bite * (n + partner_normal.masked(c.blade));
+    let s_edge = s.clamp(-bite, bite);
+    let (mut t_disc, mut s_disc) = (t, s);
+    let beyond = (limit * limit).lt(s.mul_add(s, t * t)) & !c.blade;
+    if R::any(beyond) {
+        // It slides. One and the same step for both tangents, from where they were: at the fixed point the friction is
+        // opposite to the sliding. (The values above know of a row's full free impulse, which the disc will not grant.)
+        let mass = c.effective_mass[1].min(c.effective_mass[2]);
+        let (t_slide, s_slide) = (ut.neg_mul_add(mass, t0), us.neg_mul_add(mass, s0));
+        let squared = s_slide.mul_add(s_slide, t_slide * t_slide).max(R::splat(1e-30));
+        let scale = (limit / squared.sqrt()).min(R::one());
+        t_disc = R::select(beyond, t_slide * scale, t);
+        s_disc = R::select(beyond, s_slide * scale, s);
+    }
+    [n, R::select(c.blade, t_line, t_disc), R::select(c.blade, s_edge, s_disc)]
+}
+
+/// One pass over the points of a link; returns the impulse wrench that it adds.
+#[inline(always)]
+fn sweep_link<R: Real>(group: &mut ContactGroup<R>, candidates: &mut [ContactCandidate<R>]) -> Force<R> {
+    let (mut v, mut w) = (group.velocity, Force::zero());
+    for at in group.start..group.end {
+        let partner = candidates[at].partner;
+        let partner_normal = if partner == at { R::zero() } else { candidates[partner].impulses[0] };
+        let c = &mut candidates[at];
+        let new = project(c, residuals(c, &v), partner_normal);
+        let d = [new[0] - c.impulses[0], new[1] - c.impulses[1], new[2] - c.impulses[2]];
+        // Inactive lanes keep zero: their effective masses are zero.
+        c.impulses = new;
+        add_response(c, &d, &mut v);
+        add_wrench(c, &d, &mut w);
+    }
+    group.velocity = v;
+    w
+}
+
+/// Tells the other links of the cluster, from group number `first` on, about the wrench `w` on group number `a`; returns
+/// what reaches the hub.
+#[inline(always)]
+fn tell_cluster<R: Real>(
+    mobility: &ContactMobility<R>,
+    groups: &mut [ContactGroup<R>],
+    cluster: &ContactCluster<R>,
+    a: usize,
+    first: usize,
+    w: &Force<R>,
+) -> Force<R> {
+    let link = groups[a].link;
+    groups[a].wrench += *w;
+    for (b, group) in groups[..cluster.end].iter_mut().enumerate().skip(first) {
+        if b != a {
+            group.velocity += mobility.near_response(group.link, link, w);
+        }
+    }
+    mobility.to_hub(link, w)
+}
+
+/// Tells the other clusters, from number `first` on, about the wrench `w` on the hub of cluster number `a`.
+#[inline(always)]
+fn tell_others<R: Real>(
+    mobility: &ContactMobility<R>,
+    clusters: &mut [ContactCluster<R>],
+    a: usize,
+    first: usize,
+    w: &Force<R>,
+) {
+    let hub = clusters[a].hub;
+    for (b, cluster) in clusters.iter_mut().enumerate().skip(first) {
+        if b != a {
+            cluster.pending += mobility.near_response(cluster.hub, hub, w);
+        }
+    }
+}
+
+/// Solves for the impulses of all candidates. The groups' velocities must be those without contact; afterwards their
+/// wrenches hold the impulse wrench on each link.
 #[inline]
 pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
-    let zero = R::zero();
-    let ContactScratch { candidates, groups, mobility, .. } = scratch;
+    let ContactScratch { candidates, groups, clusters, mobility, .. } = scratch;
+    clusters.clear();
+    for (a, group) in groups.iter().enumerate() {
+        let hub = mobility.hub(group.link);
+        match clusters.last_mut() {
+            Some(cluster) if cluster.hub == hub => cluster.end = a + 1,
+            _ => clusters.push(ContactCluster { hub, start: a, end: a + 1, pending: Motion::zero() }),
+        }
+    }
 
     // Warm start.
-    for group in groups.iter_mut() {
-        let (mut v, mut w) = (group.velocity, Force::zero());
-        for c in &candidates[group.start..group.end] {
-            apply(c, c.impulses, &mut v, &mut w);
-        }
-        group.wrench = w;
-    }
-    for a in 0..groups.len() {
-        for b in 0..groups.len() {
-            let wrench = groups[b].wrench;
-            let motion = mobility.response(groups[a].link, groups[b].link, &wrench);
-            groups[a].velocity += motion;
-        }
-    }
-
-    for _ in 0..sweeps {
-        for a in 0..groups.len() {
-            let (start, end, link) = (groups[a].start, groups[a].end, groups[a].link);
-            let (mut v, mut w) = (groups[a].velocity, Force::zero());
-            for at in start..end {
-                let partner = candidates[at].partner;
-                let partner_normal = if partner == at { zero } else { candidates[partner].impulses[0] };
-                let c = &mut candidates[at];
-                let [n0, t0, s0] = c.impulses;
-                let [un, mut ut, mut us] = residuals(c, &v);
-                let [_, _, _, nt, ns, ts] = c.coupling;
-
-                // Normal: pushes only. A grip pulls as well.
-                let mut n = un.neg_mul_add(c.effective_mass[0], n0);
-                if !c.is_grip {
-                    n = n.max(zero);
-                }
-                let dn = n - n0;
-                ut = nt.mul_add(dn, ut);
-                us = ns.mul_add(dn, us);
-
-                let us_alone = us;
-                let mut t = ut.neg_mul_add(c.effective_mass[1], t0);
-                let mut s;
-                if c.is_grip {
-                    us = ts.mul_add(t - t0, us);
-                    s = us.neg_mul_add(c.effective_mass[2], s0);
-                } else {
-                    let limit = c.friction * n;
-                    // Blade: friction along, the edge across. Others: first free in both, then onto the disc.
-                    let t_line = t.clamp(-limit, limit);
-                    let t_first = R::select(c.blade, t_line, t);
-                    us = ts.mul_add(t_first - t0, us);
-                    s = us.neg_mul_add(c.effective_mass[2], s0);
-                    let bite = c.bite * (n + partner_normal.masked(c.blade));
-                    let s_edge = s.clamp(-bite, bite);
-                    let (mut t_disc, mut s_disc) = (t, s);
-                    let beyond = (limit * limit).lt(t * t + s * s) & !c.blade;
-                    if R::any(beyond) {
-                        // It slides. One and the same step for both tangents, from where they were: at the fixed point
-                        // the friction is opposite to the sliding. (The values above know of a row's full free impulse,
-                        // which the disc will not grant.)
-                        let mass = c.effective_mass[1].min(c.effective_mass[2]);
-                        let (t_slide, s_slide) = (ut.neg_mul_add(mass, t0), us_alone.neg_mul_add(mass, s0));
-                        let squared = (t_slide * t_slide + s_slide * s_slide).max(R::splat(1e-30));
-                        let scale = (limit / squared.sqrt()).min(R::one());
-                        t_disc = R::select(beyond, t_slide * scale, t);
-                        s_disc = R::select(beyond, s_slide * scale, s);
-                    }
-                    t = R::select(c.blade, t_line, t_disc);
-                    s = R::select(c.blade, s_edge, s_disc);
-                }
-                // Inactive lanes keep zero: their effective masses are zero.
-                c.impulses = [n, t, s];
-                apply(c, [dn, t - t0, s - s0], &mut v, &mut w);
+    for at in 0..clusters.len() {
+        let cluster = clusters[at];
+        let mut to_hub = Force::zero();
+        for a in cluster.start..cluster.end {
+            let group = &mut groups[a];
+            let mut w = Force::zero();
+            for c in &candidates[group.start..group.end] {
+                add_wrench(c, &c.impulses, &mut w);
             }
-            groups[a].velocity = v;
-            groups[a].wrench += w;
-            for (b, group) in groups.iter_mut().enumerate() {
-                if b != a {
-                    group.velocity += mobility.response(group.link, link, &w);
-                }
+            group.velocity += mobility.own(group.link).mul_force(&w);
+            to_hub += tell_cluster(mobility, groups, &cluster, a, cluster.start, &w);
+        }
+        tell_others(mobility, clusters, at, 0, &to_hub);
+    }
+
+    for sweep in 0..sweeps {
+        // In the last sweep only those that still have their turn need to hear.
+        let last = sweep + 1 == sweeps;
+        for at in 0..clusters.len() {
+            let cluster = clusters[at];
+            clusters[at].pending = Motion::zero();
+            for group in &mut groups[cluster.start..cluster.end] {
+                group.velocity += mobility.from_hub(group.link, &cluster.pending);
             }
+            let mut to_hub = Force::zero();
+            for a in cluster.start..cluster.end {
+                let w = sweep_link(&mut groups[a], candidates);
+                let first = if last { a + 1 } else { cluster.start };
+                to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
+            }
+            tell_others(mobility, clusters, at, if last { at + 1 } else { 0 }, &to_hub);
         }
     }
 }

@@ -121,7 +121,7 @@ impl<R: Real> ArticulatedLink<R> {
     #[inline(always)]
     fn total_inertia(&self, c: &LinkConstants<R>, k: &LinkKinematics<R>) -> Inertia<R> {
         let first_moment = k.com * c.mass;
-        let angular = k.inertia_com + Sym3::parallel_axis(c.mass, k.com);
+        let angular = k.inertia_com.add_parallel_axis(c.mass, k.com);
         if c.is_leaf {
             return Inertia { angular, coupling: Mat3::skew(first_moment), linear: Sym3::diagonal(c.mass) };
         }

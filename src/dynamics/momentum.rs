@@ -29,7 +29,7 @@ pub fn totals<R: Real>(constants: &[LinkConstants<R>], kinematics: &[LinkKinemat
     for (c, k) in constants.iter().zip(kinematics) {
         let r = k.origin + k.com;
         first_moment = r.mul_add(c.mass, first_moment);
-        inertia += k.inertia_com + Sym3::parallel_axis(c.mass, r);
+        inertia += k.inertia_com.add_parallel_axis(c.mass, r);
     }
     let com = first_moment * mass.recip();
     Totals { com, inertia: inertia - Sym3::parallel_axis(mass, com) }
@@ -46,7 +46,8 @@ pub fn momentum<R: Real>(
     for (c, k) in constants.iter().zip(kinematics) {
         let p = k.velocity.at(k.com) * c.mass;
         linear += p;
-        angular += k.inertia_com.mul_vec(k.velocity.angular) + (k.origin + k.com - com).cross(p);
+        // One addition per link hangs on the link before.
+        angular += (k.origin + k.com - com).cross_add(p, k.inertia_com.mul_vec(k.velocity.angular));
     }
     Momentum { linear, angular }
 }

@@ -113,11 +113,20 @@ macro_rules! lane_type {
             }
             #[inline(always)]
             fn min(self, other: Self) -> Self {
-                Self(self.0.simd_lt(other.0).select(self.0, other.0))
+                // One instruction, and it means what the other branch spells out, NaN and signed zeros included.
+                if cfg!(target_arch = "x86_64") {
+                    Self(self.0.fast_min(other.0))
+                } else {
+                    Self(self.0.simd_lt(other.0).select(self.0, other.0))
+                }
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                Self(other.0.simd_lt(self.0).select(self.0, other.0))
+                if cfg!(target_arch = "x86_64") {
+                    Self(self.0.fast_max(other.0))
+                } else {
+                    Self(other.0.simd_lt(self.0).select(self.0, other.0))
+                }
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {

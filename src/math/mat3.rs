@@ -224,6 +224,19 @@ impl<R: Real> Sym3<R> {
         let (xx, yy, zz) = (sx * a.x, sy * a.y, sz * a.z);
         Self { xx: yy + zz, yy: xx + zz, zz: xx + yy, xy: -(sx * a.y), xz: -(sx * a.z), yz: -(sy * a.z) }
     }
+    /// `self + s (|a|^2 1 - a a^T)`.
+    #[inline(always)]
+    pub fn add_parallel_axis(&self, s: R, a: Vec3<R>) -> Self {
+        let (sx, sy, sz) = (a.x * s, a.y * s, a.z * s);
+        Self {
+            xx: sy.mul_add(a.y, sz.mul_add(a.z, self.xx)),
+            yy: sx.mul_add(a.x, sz.mul_add(a.z, self.yy)),
+            zz: sx.mul_add(a.x, sy.mul_add(a.y, self.zz)),
+            xy: sx.neg_mul_add(a.y, self.xy),
+            xz: sx.neg_mul_add(a.z, self.xz),
+            yz: sy.neg_mul_add(a.z, self.yz),
+        }
+    }
     /// `r * self * r^T`.
     #[inline(always)]
     pub fn rotated_by(&self, r: &Mat3<R>) -> Self {

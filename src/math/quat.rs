@@ -74,6 +74,8 @@ impl<R: Real> Quat<R> {
     pub fn conjugate(self) -> Self {
         Self { v: -self.v, w: self.w }
     }
+    // A method, not the operator: a product of rotations should not look like one of numbers.
+    #[allow(clippy::should_implement_trait)]
     /// The rotation matrix of a unit quaternion.
     #[inline(always)]
     pub fn to_mat3(self) -> Mat3<R> {
