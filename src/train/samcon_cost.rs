@@ -44,7 +44,7 @@ impl Default for CostScales {
             root_velocity: 1.0,
             com_velocity: 0.12,
             ends: 0.08,
-            stance: 0.10,
+            stance: 0.20,
         }
     }
 }
