@@ -36,7 +36,7 @@ pub(super) fn spawn_rink(
     commands.spawn((
         Mesh3d(meshes.add(rounded_floor(HALF, CORNER))),
         MeshMaterial3d(materials.add(StandardMaterial {
-            base_color: Color::srgba(0.80, 0.90, 0.97, 0.80),
+            base_color: Color::srgba(0.72, 0.87, 0.98, 0.80),
             alpha_mode: AlphaMode::Blend,
             perceptual_roughness: 0.18,
             reflectance: 0.55,
@@ -50,7 +50,7 @@ pub(super) fn spawn_rink(
     commands.spawn((
         Mesh3d(meshes.add(Plane3d::default().mesh().size(2.0 * HALF.x + 8.0, 2.0 * HALF.y + 8.0))),
         MeshMaterial3d(materials.add(StandardMaterial {
-            base_color: Color::srgb(0.66, 0.79, 0.88),
+            base_color: Color::srgb(0.52, 0.72, 0.88),
             unlit: true,
             ..default()
         })),
@@ -125,7 +125,7 @@ pub(super) fn spawn_rink(
     commands.insert_resource(DirectionalLightShadowMap { size: if plan.low { 1024 } else { 2048 } });
     commands.insert_resource(GlobalAmbientLight {
         color: Color::srgb(0.78, 0.87, 1.0),
-        brightness: 620.0,
+        brightness: 1000.0,
         ..default()
     });
     commands.spawn((

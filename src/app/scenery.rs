@@ -22,9 +22,9 @@ pub(super) fn spawn_scenery(
     let hill = matte(Color::srgb(0.70, 0.79, 0.87));
     let bark = matte(Color::srgb(0.33, 0.25, 0.20));
     let needles = [
-        matte(Color::srgb(0.16, 0.32, 0.28)),
-        matte(Color::srgb(0.21, 0.38, 0.31)),
-        matte(Color::srgb(0.27, 0.43, 0.38)),
+        matte(Color::srgb(0.22, 0.42, 0.36)),
+        matte(Color::srgb(0.28, 0.48, 0.39)),
+        matte(Color::srgb(0.35, 0.54, 0.47)),
     ];
 
     // Snow in four strips around the ice, so that it does not lie on it.

@@ -15,7 +15,7 @@ pub struct AthleteGhost {
 
 impl Default for AthleteGhost {
     fn default() -> Self {
-        Self { offset: Vec3::new(1.1, 0.0, 0.0), color: Color::srgba(0.35, 0.75, 0.95, 0.32) }
+        Self { offset: Vec3::new(1.1, 0.0, 0.0), color: Color::srgba(0.10, 0.62, 0.95, 0.38) }
     }
 }
 
