@@ -1,8 +1,7 @@
 //! The simulation of one athlete.
 
-use crate::contact::{BladeEdge, SelfCollisionSettings, World as Surroundings};
+use crate::contact::{BladeEdge, World as Surroundings};
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, ReferenceTick, TrackingError, tracking_error};
-use crate::dynamics::LimitSpring;
 use crate::engine::watch::{Happening, Watch};
 use crate::engine::{AthleteSettings, AthleteTargets, Placement};
 use crate::math::{Quat, Vec3};
@@ -207,9 +206,8 @@ impl AthleteBody {
     /// Brings the switches of the user into the simulator.
     pub(super) fn apply_settings(&mut self, settings: &AthleteSettings) {
         let mut wanted = *self.simulator.settings();
-        wanted.limits = settings.joint_limits.then(|| wanted.limits.unwrap_or(LimitSpring::default()));
-        wanted.self_collision =
-            settings.self_collision.then(|| wanted.self_collision.unwrap_or(SelfCollisionSettings::default()));
+        wanted.limits = settings.joint_limits.then(|| wanted.limits.unwrap_or_default());
+        wanted.self_collision = settings.self_collision.then(|| wanted.self_collision.unwrap_or_default());
         if wanted != *self.simulator.settings() {
             self.simulator.set_settings(wanted);
         }
