@@ -21,6 +21,7 @@ fn main() -> AppExit {
             println!("{:6.3} s  blade {}: {:?} -> {:?}", edge.time, edge.blade, edge.from, edge.to);
         })
         .add_observer(|fall: On<AthleteFell>| println!("{:6.3} s  fell", fall.time))
+        .add_observer(|refused: On<AthleteRefused>| println!("refused: {}", refused.reason))
         .run()
 }
 

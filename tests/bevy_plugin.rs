@@ -297,6 +297,18 @@ fn pause_stops_time_and_slow_motion_keeps_the_bits() {
 }
 
 #[test]
+#[should_panic(expected = "ambig")]
+fn ambiguous_systems_would_be_noticed() {
+    #[derive(Resource, Default)]
+    struct Shared(u32);
+    let mut app = app(TICK);
+    app.init_resource::<Shared>();
+    let system = |add: u32| move |mut shared: ResMut<Shared>| shared.0 += add;
+    app.add_systems(FixedPostUpdate, (system(1), system(2)));
+    run_ticks(&mut app, 2, TICK);
+}
+
+#[test]
 fn files_of_the_crate_load_by_path() {
     let mut app = app(TICK);
     let server = app.world().resource::<AssetServer>().clone();

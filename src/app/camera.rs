@@ -53,10 +53,13 @@ pub(super) fn orbit(
     }
 }
 
+/// Athletes that are simulated, and their ghosts.
+type Simulated = (With<Athlete>, With<AthleteBody>);
+
 /// Keeps the athlete in the picture, and its ghost with it.
 pub(super) fn follow(
     time: Res<Time<Real>>,
-    athletes: Query<(&Transform, Option<&AthleteGhost>), (With<Athlete>, With<AthleteBody>)>,
+    athletes: Query<(&Transform, Option<&AthleteGhost>), Simulated>,
     mut cameras: Query<(&mut OrbitCamera, &mut Transform), Without<Athlete>>,
 ) {
     let Some((athlete, ghost)) = athletes.iter().next() else { return };

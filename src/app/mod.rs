@@ -27,7 +27,7 @@ mod tracks;
 mod window;
 
 pub use camera::OrbitCamera;
-pub use headless::{Summary, run_headless, simulate};
+pub use headless::{HeadlessError, Summary, run_headless, simulate};
 pub use options::DemoOptions;
 pub use panel::{PanelView, panel};
 pub use scene::{DemoScene, SceneError};

@@ -122,16 +122,18 @@ pub(super) fn spawn_rink(
             ..default()
         }
     };
+    // Without tone mapping bright surfaces would lose their colour.
+    let light = if plan.low { 0.72 } else { 1.0 };
     commands.insert_resource(DirectionalLightShadowMap { size: if plan.low { 1024 } else { 2048 } });
     commands.insert_resource(GlobalAmbientLight {
         color: Color::srgb(0.78, 0.87, 1.0),
-        brightness: 1000.0,
+        brightness: 1000.0 * light,
         ..default()
     });
     commands.spawn((
         DirectionalLight {
             color: Color::srgb(1.0, 0.93, 0.82),
-            illuminance: 7800.0,
+            illuminance: 7800.0 * light,
             shadow_maps_enabled: true,
             ..default()
         },

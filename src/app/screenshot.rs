@@ -40,7 +40,8 @@ pub(super) fn take(
         return;
     }
     shot.seen += 1;
-    if shot.seen == shot.frames {
+    // The pause acts in the frame after the next.
+    if shot.seen + 1 >= shot.frames {
         playback.paused = true;
     }
     // Two more frames: the pipeline of frames in flight catches up with the last one.

@@ -14,7 +14,7 @@ use crate::engine::{
 };
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::camera::visibility::VisibilitySystems;
-use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::log::LogPlugin;
 use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
@@ -108,6 +108,7 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
 }
 
 /// The skater, the rink around it, the camera.
+#[allow(clippy::too_many_arguments)] // a system takes what it needs
 fn setup(
     mut commands: Commands,
     stage: Res<Stage>,
@@ -145,6 +146,10 @@ fn setup(
         camera.insert((Msaa::Off, Tonemapping::None));
     } else {
         camera.insert((Msaa::Sample4, Tonemapping::AcesFitted));
+    }
+    if options.screenshot.is_some() {
+        // Dithering doubles the size of the file.
+        camera.insert(DebandDither::Disabled);
     }
     if *offscreen {
         let (image, target) = image_target(&mut images, options.width, options.height);
