@@ -1,6 +1,6 @@
 //! What a reconstruction sample is judged by.
 
-use crate::control::ReferenceTick;
+use crate::control::{FALL_DEPTH, ReferenceTick};
 use crate::dynamics::{LinkConstants, LinkKinematics, State, totals, update_positions, update_velocities};
 use crate::math::{Motion, Real, Vec3};
 use crate::model::CharacterModel;
@@ -157,7 +157,7 @@ pub(crate) fn cost<R: Real>(
     }
     let root_rotation = squared_angle(sim.state.root_rotation.lane(lane), target.root_rotation);
     let offset = root - target.root_position;
-    let fallen = offset.y.abs() > 0.35 || root_rotation > 1.5;
+    let fallen = offset.y.abs() > FALL_DEPTH || root_rotation > 1.5;
     let ends_error: f64 = sim.kinematics()[..]
         .iter()
         .enumerate()
