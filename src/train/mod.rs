@@ -1,5 +1,6 @@
 //! Making motions: methods that search for controls. Feature `train`.
 
+pub mod nn;
 mod samcon;
 mod samcon_cost;
 
