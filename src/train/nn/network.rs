@@ -262,3 +262,41 @@ impl WithSimd for Backward<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The outputs and the gradient of a fixed case, computed by one instruction set.
+    fn computed_by<S: Simd>(simd: S) -> (Vec<u32>, Vec<u32>) {
+        let mut random = RandomStream::new(5, 0);
+        let mut network = Network::new(&[70, 40, 33, 3], Activation::Tanh, 1.0, &mut random);
+        network.parameters_mut().iter_mut().for_each(|p| *p += 0.1 * random.normal() as f32);
+        let rows = 21;
+        let mut numbers = |count: usize| -> Vec<f32> { (0..count).map(|_| random.normal() as f32).collect() };
+        let (input, d_output) = (numbers(rows * 70), numbers(rows * 3));
+        let mut scratch = Activations::new();
+        let mut gradient = vec![0.0; network.parameters().len()];
+        Simd::vectorize(simd, Forward { network: &network, scratch: &mut scratch, input: &input, rows });
+        let pass = Backward { network: &network, scratch: &mut scratch, d_output: &d_output, gradient: &mut gradient };
+        Simd::vectorize(simd, pass);
+        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect();
+        (bits(&scratch.output), bits(&gradient))
+    }
+
+    /// Checkpoints go from machine to machine: a processor with other vectors has to continue with the same bits.
+    #[test]
+    fn every_instruction_set_computes_the_same_bits() {
+        let expected = computed_by(pulp::Scalar256b);
+        assert_eq!(computed_by(pulp::Scalar128b), expected);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(avx2) = pulp::x86::V3::try_new() {
+                assert_eq!(computed_by(avx2), expected, "AVX2");
+            }
+            if let Some(avx512) = pulp::x86::V4::try_new() {
+                assert_eq!(computed_by(avx512), expected, "AVX-512");
+            }
+        }
+    }
+}

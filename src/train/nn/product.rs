@@ -7,7 +7,8 @@
 //! - back through the layer: D' = (D W) * f'(X), the D of the layer before (`product` with `Differentiate`);
 //! - weights: dW = D^T X, db = column sums of D (`add_outer_product`, `add_column_sums`).
 //!
-//! Each element is summed in one fixed order by fused multiply-add, whatever the vector width: AVX2, AVX-512 and NEON give the same bits.
+//! Each element is summed in one fixed order by fused multiply-add, whatever the vector width: AVX2 and AVX-512 give the same bits.
+//! Without fused multiply-add (WASM, old processors) products are rounded before they are added.
 
 use pulp::Simd;
 
@@ -73,6 +74,8 @@ pub(super) fn product<S: Simd>(simd: S, a: &Strips, b: &Strips, finish: &impl Fi
 }
 
 /// The product by tiles of M rows and N vectors, all of whose sums stay in registers.
+// Loops over constant ranges are unrolled early; with iterators the compiler keeps the sums in memory, at half the speed.
+#[allow(clippy::needless_range_loop)]
 #[inline(always)]
 fn product_tiled<S: Simd, const M: usize, const N: usize>(
     simd: S,
@@ -126,6 +129,8 @@ pub(super) fn add_outer_product<S: Simd>(simd: S, d: &Strips, x: &Strips, target
     }
 }
 
+/// By tiles of M outputs and N vectors of inputs, as `product_tiled`.
+#[allow(clippy::needless_range_loop)]
 #[inline(always)]
 fn add_outer_product_tiled<S: Simd, const M: usize, const N: usize>(
     simd: S,
