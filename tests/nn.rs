@@ -8,9 +8,8 @@ use std::thread;
 use bevy_athlete::math::RandomStream;
 use bevy_athlete::train::nn::{Activation, Activations, Adam, Network, clip_norm};
 
-/// The largest absolute and relative errors that the docs of `Activation` promise.
-const TANH_ERROR: f64 = 3e-7;
-const ELU_ERROR: f64 = 3e-7;
+/// The largest absolute and relative error that the docs of `Activation` promise.
+const ACTIVATION_ERROR: f64 = if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { 3e-7 } else { 4e-7 };
 
 fn numbers(count: usize, random: &mut RandomStream) -> Vec<f32> {
     (0..count).map(|_| random.normal() as f32).collect()
@@ -136,8 +135,8 @@ fn activations_keep_their_error_bounds() {
     let mut worst: f64 = 0.0;
     for (x, y) in inputs.iter().zip(&tanh) {
         let error = (f64::from(*y) - f64::from(*x).tanh()).abs();
-        assert!(error < TANH_ERROR && *y <= 1.0, "tanh {x} = {y}");
-        assert!(error <= TANH_ERROR * f64::from(*y), "tanh {x} = {y}: relative error");
+        assert!(error < ACTIVATION_ERROR && *y <= 1.0, "tanh {x} = {y}");
+        assert!(error <= ACTIVATION_ERROR * f64::from(*y), "tanh {x} = {y}: relative error");
         worst = worst.max(error);
     }
     println!("tanh: {} points, worst error {worst:.3e}", inputs.len());
@@ -151,7 +150,7 @@ fn activations_keep_their_error_bounds() {
         let exact = f64::from(*x).exp_m1();
         let error = (f64::from(y) - exact).abs();
         worst = worst.max(error);
-        assert!(error <= ELU_ERROR * exact.abs(), "ELU {x} = {y}, exactly {exact}");
+        assert!(error <= ACTIVATION_ERROR * exact.abs(), "ELU {x} = {y}, exactly {exact}");
     }
     println!("ELU: worst error {worst:.3e}");
 
@@ -298,11 +297,12 @@ fn stored_networks_and_moments_come_back_to_the_bit() {
     assert_eq!((&ron.0, &ron.1), (&network, &adam));
     assert_eq!(json.0.forward(&mut Activations::new(), &input, 9), network.forward(&mut scratch, &input, 9));
 
+    let huge = format!(r#"{{"sizes":[{0},{0}],"activation":"Tanh","parameters":[]}}"#, usize::MAX);
     for (text, reason) in [
         (r#"{"sizes":[2,1],"activation":"Tanh","parameters":[0,0]}"#, "holds 2 parameters, 3 would be valid"),
         (r#"{"sizes":[2],"activation":"Tanh","parameters":[]}"#, "at least an input and an output size"),
         (r#"{"sizes":[2,0],"activation":"Tanh","parameters":[]}"#, "all of them positive"),
-        (r#"{"sizes":[4294967296,4294967296],"activation":"Tanh","parameters":[]}"#, "network sizes"),
+        (&huge, "network sizes"),
     ] {
         let error = serde_json::from_str::<Network>(text).unwrap_err().to_string();
         assert!(error.contains(reason), "{error}");
