@@ -70,6 +70,7 @@ pub mod math;
 pub mod model;
 pub mod scenes;
 pub mod sim;
+pub mod skill;
 #[cfg(feature = "storyboard")]
 pub mod storyboard;
 #[cfg(feature = "train")]

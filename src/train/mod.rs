@@ -1,5 +1,7 @@
 //! Making motions: methods that search for controls. Feature `train`.
 
+pub mod nn;
+pub mod ppo;
 mod samcon;
 mod samcon_cost;
 

@@ -12,13 +12,14 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::contact::World;
 use crate::control::{
-    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, apply_initial_state, fallen, tracking_error,
+    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, apply_initial_state, fallen, joint_weights,
+    tracking_error,
 };
 use crate::dynamics::State;
 use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
 use crate::model::{CharacterModel, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links, joint_weights};
+use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links};
 use glam::{DQuat, DVec3};
 
 /// How to search.

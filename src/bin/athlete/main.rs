@@ -6,6 +6,7 @@ mod info;
 mod output;
 mod reconstruct;
 mod simulate;
+mod train;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -31,6 +32,8 @@ enum Command {
     ExportMjcf(export_mjcf::ExportMjcf),
     /// Show links, masses, joints and contact points of a character
     Info(info::Info),
+    /// Learn a policy for a skill or a motion
+    Train(train::Train),
     /// Time the simulation in the shared scenes
     Bench(bench::Bench),
 }
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
         Command::Reconstruct(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
+        Command::Train(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
     result.unwrap_or_else(|failure| {
