@@ -14,6 +14,7 @@ use bevy_athlete::model::preset;
 use bevy_athlete::train::{ExportError, policy_bytes, save_policy};
 use policy_support::{contract_for, edited, forward, network, observations};
 use prost::Message;
+use std::time::Instant;
 use tract_onnx::pb::{AttributeProto, ModelProto, NodeProto, tensor_proto::DataType};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Tanh, Activation::Elu, Activation::Relu];
@@ -34,7 +35,7 @@ fn the_file_computes_what_the_trainers_network_does() {
     for (k, sizes) in shapes.iter().cycle().take(15).enumerate() {
         let layers = network(sizes, ACTIVATIONS[k / 5], &mut random);
         let contract = contract_for(&layers, &mut random);
-        let mut policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "random").unwrap();
+        let policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "random").unwrap();
         let rows = 9;
         // Some of the numbers lie far outside the clip.
         let raw = observations(&contract, rows, &mut random);
@@ -53,10 +54,10 @@ fn a_batch_equals_its_rows_one_by_one() {
     let mut random = RandomStream::new(72, 0);
     let layers = network(&[300, 128, 128, 128, 51], Activation::Tanh, &mut random);
     let contract = contract_for(&layers, &mut random);
-    let mut policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "batch").unwrap();
+    let policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "batch").unwrap();
     let mut worst = 0.0f64;
     let mut same_bits = true;
-    for rows in [64, 1, 7, 8, 3, 64, 0] {
+    for rows in [64, 1, 7, 8, 3, 70, 50, 0] {
         let raw = observations(&contract, rows, &mut random);
         let (mut together, mut alone) = (vec![0.0; 5], Vec::new());
         policy.act(&raw, rows, &mut together).unwrap();
@@ -80,7 +81,7 @@ fn a_broken_observation_stays_in_its_row() {
     let mut random = RandomStream::new(73, 0);
     let layers = network(&[12, 16, 6], Activation::Relu, &mut random);
     let contract = contract_for(&layers, &mut random);
-    let mut policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "broken").unwrap();
+    let policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "broken").unwrap();
     let mut raw = observations(&contract, 5, &mut random);
     let (mut healthy, mut broken) = (Vec::new(), Vec::new());
     policy.act(&raw, 5, &mut healthy).unwrap();
@@ -371,4 +372,53 @@ fn the_exporter_refuses_what_a_reader_would() {
     let error = save_policy(&path, &other, &contract).unwrap_err();
     assert!(matches!(error, ExportError::ReadBack(PolicyError::Golden { .. })), "{error}");
     assert!(!path.exists());
+}
+
+#[test]
+#[ignore = "a measurement: cargo test --release --test policy speed -- --ignored --nocapture"]
+fn speed() {
+    let mut random = RandomStream::new(78, 0);
+    let layers = network(&[300, 128, 128, 128, 51], Activation::Tanh, &mut random);
+    let contract = contract_for(&layers, &mut random);
+    let bytes = policy_bytes(&layers, &contract).unwrap();
+    let begin = Instant::now();
+    let policy = Policy::from_bytes(&bytes, "speed").unwrap();
+    println!("{} bytes loaded in {:.1} ms", bytes.len(), begin.elapsed().as_secs_f64() * 1e3);
+    for rows in [1, 2, 8, 20, 64, 256] {
+        let raw = observations(&contract, rows, &mut random);
+        let mut actions = Vec::new();
+        let microseconds = |_| {
+            let begin = Instant::now();
+            let calls = 2000 / rows + 1;
+            for _ in 0..calls {
+                policy.act(&raw, rows, &mut actions).unwrap();
+            }
+            begin.elapsed().as_secs_f64() * 1e6 / (calls * rows) as f64
+        };
+        let best = (0..20).map(microseconds).fold(f64::MAX, f64::min);
+        println!("{rows} rows: {best:.2} us per row");
+        assert!(rows > 1 || best < 20.0);
+    }
+}
+
+/// Policies of every activation, and beside each what this crate makes of random observations, for `scripts/check_onnx.py`.
+#[test]
+#[ignore = "writes samples to target/policy_samples"]
+fn write_samples() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/policy_samples");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut random = RandomStream::new(79, 0);
+    for (activation, sizes) in ACTIVATIONS.into_iter().zip([&[300, 128, 128, 128, 51][..], &[206, 64, 64, 51], &[7, 3]])
+    {
+        let layers = network(sizes, activation, &mut random);
+        let contract = contract_for(&layers, &mut random);
+        let name = format!("{activation:?}").to_lowercase();
+        let policy = save_policy(folder.join(format!("{name}.onnx")), &layers, &contract).unwrap();
+        let rows = 73;
+        let raw = observations(&contract, rows, &mut random);
+        let mut actions = Vec::new();
+        policy.act(&raw, rows, &mut actions).unwrap();
+        let sample = serde_json::json!({ "rows": rows, "observations": raw, "actions": actions });
+        std::fs::write(folder.join(format!("{name}.json")), sample.to_string()).unwrap();
+    }
 }

@@ -260,12 +260,14 @@ fn node_shape(node: &NodeProto, values: &HashMap<&str, Shape>) -> Result<Shape, 
             };
             if bias.iter().all(fits) { Ok(Shape::Rows(to)) } else { unfit() }
         }
+        ("MatMul" | "Gemm" | "Clip", _) => unfit(),
         ("Identity", [Some(shape)]) => Ok((*shape).clone()),
+        // Element by element from here on.
         (_, [Some(Shape::Rows(width))]) => Ok(Shape::Rows(*width)),
         (_, [Some(Shape::Rows(a)), Some(Shape::Rows(b))]) if a == b => Ok(Shape::Rows(*a)),
         (_, [Some(Shape::Rows(width)), Some(Shape::Constant(dims))])
         | (_, [Some(Shape::Constant(dims)), Some(Shape::Rows(width))])
-            if fits_row(dims, *width) && op != "MatMul" && op != "Gemm" =>
+            if fits_row(dims, *width) =>
         {
             Ok(Shape::Rows(*width))
         }
