@@ -21,8 +21,9 @@ import onnxruntime
 from onnx.reference import ReferenceEvaluator
 
 KEY = "bevy_athlete"
-# Largest difference between two runtimes, and from the trainer's golden pair.
-RUNTIMES, GOLDEN = 1e-6, 1e-5
+# Largest difference between two runtimes; from the trainer's golden pair; and from the reference evaluator, which adds the terms of a
+# product in another order (in f32 that alone is worth 1e-6).
+RUNTIMES, GOLDEN, REFERENCE = 1e-6, 1e-5, 1e-5
 
 
 def difference(a, b):
@@ -51,7 +52,7 @@ def check(path):
     raw = (mean + random.normal(size=(64, size)) * 3 / scale).astype(np.float32)
     together = run(raw)
     assert together.shape == (64, 3 * len(contract["action"]["links"])), together.shape
-    found["reference evaluator"] = (difference(together, reference.run(None, {"observation": raw})[0]), RUNTIMES)
+    found["reference evaluator"] = (difference(together, reference.run(None, {"observation": raw})[0]), REFERENCE)
     found["one by one"] = (difference(together, np.concatenate([run(row[None]) for row in raw])), RUNTIMES)
 
     beside = path.with_suffix(".json")

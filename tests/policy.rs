@@ -15,6 +15,7 @@ use bevy_athlete::train::{ExportError, policy_bytes, save_policy};
 use policy_support::{contract_for, edited, forward, network, observations};
 use prost::Message;
 use std::time::Instant;
+use tract_onnx::pb::attribute_proto::AttributeType;
 use tract_onnx::pb::{AttributeProto, ModelProto, NodeProto, tensor_proto::DataType};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Tanh, Activation::Elu, Activation::Relu];
@@ -324,6 +325,48 @@ fn networks_that_do_not_fit_are_refused() {
     assert!(error.to_string().contains("operator set"), "{error}");
     let error = broken(&|m| m.opset_import.clear());
     assert!(error.to_string().contains("operator set"), "{error}");
+}
+
+#[test]
+fn graphs_of_other_exporters_are_read() {
+    // Bounds as Constant nodes, products and sums apart, weights as in x out, x sigmoid(x) as an activation, a later operator set.
+    let mut random = RandomStream::new(80, 0);
+    let layers = network(&[10, 6], Activation::Tanh, &mut random);
+    let mut contract = contract_for(&layers, &mut random);
+    let mut model = ModelProto::decode(&*policy_bytes(&layers, &contract).unwrap()).unwrap();
+    model.opset_import[0].version = 20;
+    let graph = model.graph.as_mut().unwrap();
+    for bound in graph.initializer.drain(2..4).collect::<Vec<_>>() {
+        let value = AttributeProto {
+            name: "value".into(),
+            r#type: AttributeType::Tensor as i32,
+            t: Some(bound.clone()),
+            ..Default::default()
+        };
+        let (op_type, output) = ("Constant".into(), vec![bound.name]);
+        graph.node.insert(0, NodeProto { op_type, output, attribute: vec![value], ..Default::default() });
+    }
+    let weights = &mut graph.initializer[2];
+    weights.dims = vec![10, 6];
+    let original = &layers.layers[0].weights;
+    weights.raw_data = (0..60).flat_map(|k| original[k % 6 * 10 + k / 6].to_le_bytes()).collect();
+    graph.node.pop();
+    for (op, inputs, output) in [
+        ("MatMul", vec!["normalised", "weights_0"], "product"),
+        ("Add", vec!["bias_0", "product"], "sum"),
+        ("Sigmoid", vec!["sum"], "share"),
+        ("Mul", vec!["sum", "share"], "weighted"),
+        ("Identity", vec!["weighted"], "action"),
+    ] {
+        let input = inputs.into_iter().map(String::from).collect();
+        graph.node.push(NodeProto { op_type: op.into(), input, output: vec![output.into()], ..Default::default() });
+    }
+    for action in &mut contract.golden.action {
+        *action /= 1.0 + (-*action).exp();
+    }
+    model.metadata_props[0].value = contract.to_json().unwrap();
+    let policy = Policy::from_bytes(&model.encode_to_vec(), "other.onnx").unwrap();
+    assert_eq!(*policy.contract(), contract);
 }
 
 #[test]

@@ -165,8 +165,7 @@ impl Policy {
         for (index, (found, expected)) in found.into_iter().zip(contract.golden.action.iter().copied()).enumerate() {
             let difference = (f64::from(found) - f64::from(expected)).abs();
             let tolerance = GOLDEN_TOLERANCE * f64::from(expected).abs().max(1.0);
-            // Not `>`, which a NaN would pass.
-            if !(difference <= tolerance) {
+            if difference.is_nan() || difference > tolerance {
                 let file = self.file.to_string();
                 return Err(PolicyError::Golden { file, index, found, expected, difference, tolerance });
             }

@@ -77,12 +77,8 @@ fn check_fields(bytes: &[u8]) -> Result<(), Fault> {
             Err(false) => return Err(Fault::Foreign(part)),
         };
         // Fields of ModelProto in onnx.proto: versions are numbers, the rest has a length. Beyond 15 there may be new ones.
-        let known = match (tag >> 3, tag & 7) {
-            (1 | 5, 0) | (2 | 3 | 4 | 6 | 7 | 8 | 14, 2) => true,
-            (16..=63, 0 | 1 | 2 | 5) => true,
-            _ => false,
-        };
-        if !known {
+        let place = (tag >> 3, tag & 7);
+        if !matches!(place, (1 | 5, 0) | (2 | 3 | 4 | 6 | 7 | 8 | 14, 2) | (16..=63, 0 | 1 | 2 | 5)) {
             return Err(Fault::Foreign(part));
         }
         let length = match tag & 7 {

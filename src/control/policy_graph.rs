@@ -189,7 +189,7 @@ fn check_tensor(tensor: &TensorProto, name: &str) -> Result<Vec<usize>, GraphFau
     let count = tensor.dims.iter().try_fold(1i64, |n, d| n.checked_mul(*d)).unwrap_or(i64::MAX);
     let raw = &tensor.raw_data;
     let found = if raw.is_empty() { tensor.float_data.len() } else { raw.len() / 4 };
-    if found as i64 != count || raw.len() % 4 != 0 || (!raw.is_empty() && !tensor.float_data.is_empty()) {
+    if found as i64 != count || !raw.len().is_multiple_of(4) || (!raw.is_empty() && !tensor.float_data.is_empty()) {
         return fault(place(), format!("holds {found} numbers; valid: {count}, as its dimensions say"));
     }
     let bytes = raw.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
