@@ -5,10 +5,11 @@
     cargo test --release --no-default-features --features cli --test policy write_samples -- --ignored
     python3 scripts/check_onnx.py target/policy_samples/*.onnx
 
-For each file: onnx.checker accepts it, with shapes inferred; it has a contract; onnxruntime gives the contract's golden action; onnxruntime
-and the ONNX reference evaluator agree on random observations, one at a time and in a batch; and where a .json of the same name lies
-beside it (observations, and the actions that this crate computed), onnxruntime agrees with those too. Ends with code 1 where something
-differs by more than allowed, relative where numbers are beyond 1.
+For each file: onnx.checker accepts it, with shapes inferred; it has a contract; onnxruntime gives the contract's golden
+action; onnxruntime and the ONNX reference evaluator agree on random observations, one at a time and in a batch; and
+where a .json of the same name lies beside it (observations, and the actions that this crate computed), onnxruntime
+agrees with those too. Ends with code 1 where something differs by more than allowed, relative where numbers are beyond
+1.
 """
 
 import json

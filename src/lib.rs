@@ -79,6 +79,8 @@ pub mod train;
 /// What most users need.
 pub mod prelude {
     pub use crate::contact::{BladeEdge, Geometry, Solid, Surface, World};
+    #[cfg(feature = "policy")]
+    pub use crate::control::Policy;
     pub use crate::control::{ControlPlayer, ReconstructedControl};
     #[cfg(feature = "engine")]
     pub use crate::engine::*;

@@ -1,8 +1,10 @@
-//! Contract: a policy file computes what its trainer's network did, says what its numbers mean, and is refused where anything does not fit.
+//! Contract: a policy file computes what its trainer's network did, says what its numbers mean, and is refused where
+//! anything does not fit.
 //!
-//! The reference is a forward pass in f64 written here, of a dozen lines and without a library: an exporter and a reader that were wrong in the same
-//! way would agree with each other, and the golden pair inside the file would agree too. Refusals are tried one by one, because a file that
-//! loads and means something else moves a body by wrong numbers without a word.
+//! The reference is a forward pass in f64 written here, of a dozen lines and without a library: an exporter and a
+//! reader that were wrong in the same way would agree with each other, and the golden pair inside the file would agree
+//! too. Refusals are tried one by one, because a file that loads and means something else moves a body by wrong numbers
+//! without a word.
 
 mod policy_support;
 
@@ -329,7 +331,8 @@ fn networks_that_do_not_fit_are_refused() {
 
 #[test]
 fn graphs_of_other_exporters_are_read() {
-    // Bounds as Constant nodes, products and sums apart, weights as in x out, x sigmoid(x) as an activation, a later operator set.
+    // Bounds as Constant nodes, products and sums apart, weights as in x out, x sigmoid(x) as an activation, a later
+    // operator set.
     let mut random = RandomStream::new(80, 0);
     let layers = network(&[10, 6], Activation::Tanh, &mut random);
     let mut contract = contract_for(&layers, &mut random);
@@ -444,7 +447,8 @@ fn speed() {
     }
 }
 
-/// Policies of every activation, and beside each what this crate makes of random observations, for `scripts/check_onnx.py`.
+/// Policies of every activation, and beside each what this crate makes of random observations, for
+/// `scripts/check_onnx.py`.
 #[test]
 #[ignore = "writes samples to target/policy_samples"]
 fn write_samples() {

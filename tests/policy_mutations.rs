@@ -1,9 +1,9 @@
 //! Contract: whatever bytes a policy file holds, loading it ends in a policy or in a typed refusal, never in a panic.
 //!
-//! Six thousand damaged files: bytes changed, cut, doubled and inserted, and, because those seldom get past the outer format, models decoded,
-//! changed in their graph and encoded again, which do reach the inference library. The library's own panics would be caught on the way; a hook counts
-//! them here, so that the catch stays a second wall. It has caught a product of two values that both depend on the
-//! observation, which gave actions of another length.
+//! Six thousand damaged files: bytes changed, cut, doubled and inserted, and, because those seldom get past the outer
+//! format, models decoded, changed in their graph and encoded again, which do reach the inference library. The
+//! library's own panics would be caught on the way; a hook counts them here, so that the catch stays a second wall. It
+//! has caught a product of two values that both depend on the observation, which gave actions of another length.
 
 mod policy_support;
 

@@ -1,14 +1,15 @@
 //! Contract: a card's intervals are Wilson's, and a card whose numbers do not fit each other is refused.
 //!
-//! The intervals are held against a table printed in a paper, not against the formula again. A card is evidence: one that was edited by hand, or
-//! written by a program that counts wrongly, must not be readable.
+//! The intervals are held against a table printed in a paper, not against the formula again. A card is evidence: one
+//! that was edited by hand, or written by a program that counts wrongly, must not be readable.
 
 use bevy_athlete::asset::card::{CARD_VERSION, CardError, CardRow, RobustnessCard, fingerprint, wilson_interval};
 use std::collections::BTreeMap;
 
 #[test]
 fn intervals_agree_with_the_published_table() {
-    // Newcombe 1998, "Two-sided confidence intervals for the single proportion: comparison of seven methods", table I, method 3.
+    // Newcombe 1998, "Two-sided confidence intervals for the single proportion: comparison of seven methods", table I,
+    // method 3.
     for (successes, trials, low, high) in
         [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)]
     {

@@ -1,4 +1,5 @@
-//! Robustness cards: how often a policy succeeded, under what, with how much doubt. Written by the evaluator, never by hand.
+//! Robustness cards: how often a policy succeeded, under what, with how much doubt. Written by the evaluator, never by
+//! hand.
 
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -190,11 +191,11 @@ impl RobustnessCard {
 }
 
 /// The 95 % confidence interval of a success rate: the score interval of Wilson 1927, "Probable inference, the law of
-/// succession, and statistical inference". Where the plain interval p +- z sqrt(p (1 - p) / n) claims certainty at 0 or n successes, this one
-/// does not.
+/// succession, and statistical inference". Where the plain interval p +- z sqrt(p (1 - p) / n) claims certainty at 0 or
+/// n successes, this one does not.
 ///
-/// With p = successes / n and z = 1.95996 the bounds are (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n), both in
-/// \[0, 1\]. Without trials nothing is known: (0, 1). More successes than trials count as all.
+/// With p = successes / n and z = 1.95996 the bounds are (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n),
+/// both in \[0, 1\]. Without trials nothing is known: (0, 1). More successes than trials count as all.
 pub fn wilson_interval(successes: u64, trials: u64) -> (f64, f64) {
     /// The normal distribution's 97.5 % point.
     const Z: f64 = 1.959_963_984_540_054;
@@ -212,8 +213,8 @@ pub fn wilson_interval(successes: u64, trials: u64) -> (f64, f64) {
     (low, high)
 }
 
-/// A file's fingerprint: length and 64-bit FNV-1a hash (Fowler, Noll, Vo 1991) as text. It tells files apart; it is no seal against
-/// a forger.
+/// A file's fingerprint: length and 64-bit FNV-1a hash (Fowler, Noll, Vo 1991) as text. It tells files apart; it is no
+/// seal against a forger.
 pub fn fingerprint(bytes: &[u8]) -> String {
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
     format!("fnv1a64-{}-{hash:016x}", bytes.len())

@@ -1,7 +1,7 @@
 //! What a policy file says about itself: what goes in, what comes out, what it was trained for.
 //!
-//! The contract is JSON, kept in the metadata of the ONNX file under [`CONTRACT_KEY`]; `docs/policies.md` goes through it field by
-//! field. Any trainer can write one.
+//! The contract is JSON, kept in the metadata of the ONNX file under [`CONTRACT_KEY`]; `docs/policies.md` goes through
+//! it field by field. Any trainer can write one.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeSet;
@@ -50,8 +50,8 @@ pub struct Normaliser {
 /// What the numbers of an action do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActionMeaning {
-    /// Three numbers turn a joint's target away from the reference pose: target = reference times the rotation whose vector is
-    /// scale times the numbers (rad, axes of the child link).
+    /// Three numbers turn a joint's target away from the reference pose: target = reference times the rotation whose
+    /// vector is scale times the numbers (rad, axes of the child link).
     #[serde(rename = "rotation-vector offset on the reference pose's joint target, child axes")]
     ReferenceOffset,
 }

@@ -18,13 +18,14 @@ use tract_onnx::prelude::{
 /// Largest difference between the network and its golden pair; of numbers beyond 1, relative to them.
 pub const GOLDEN_TOLERANCE: f64 = 1e-5;
 
-/// Rows that the network is made ready for, and from how many rows on it pays to fill up to so many. For a fixed number of rows the
-/// library is a third faster than for a free one, and nothing has to be made ready in the middle of a game.
+/// Rows that the network is made ready for, and from how many rows on it pays to fill up to so many. For a fixed number
+/// of rows the library is a third faster than for a free one, and nothing has to be made ready in the middle of a game.
 const BLOCKS: [(usize, usize); 3] = [(64, 48), (8, 3), (1, 1)];
 
 /// A policy ready to act.
 ///
-/// It remembers nothing between calls: an action depends on its observation alone. Clones share everything; threads may share one.
+/// It remembers nothing between calls: an action depends on its observation alone. Clones share everything; threads may
+/// share one.
 #[derive(Clone)]
 pub struct Policy {
     file: Arc<str>,
@@ -105,11 +106,12 @@ impl Policy {
         }
     }
 
-    /// The actions for `rows` observations, one after the other in `observations`, as one row each in `out`: the network's means,
-    /// before the contract's scale.
+    /// The actions for `rows` observations, one after the other in `observations`, as one row each in `out`: the
+    /// network's means, before the contract's scale.
     ///
-    /// A row whose observation holds a number that is not finite gets an action of NaN, which no clamp inside the network can hide; other rows
-    /// are not affected. The last bits of an action depend on the processor, and on whether it was asked for alone or among others.
+    /// A row whose observation holds a number that is not finite gets an action of NaN, which no clamp inside the
+    /// network can hide; other rows are not affected. The last bits of an action depend on the processor, and on
+    /// whether it was asked for alone or among others.
     pub fn act(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> Result<(), PolicyError> {
         let size = self.contract.observation_size();
         if rows.checked_mul(size) != Some(observations.len()) {

@@ -60,8 +60,8 @@ enum Fault {
     Cut { part: u64, needs: u64 },
 }
 
-/// Walks the outermost fields of the message. Protocol buffers have no magic number, and a decoder says the same of a text, of a
-/// picture and of a model that was cut off: this walk tells them apart.
+/// Walks the outermost fields of the message. Protocol buffers have no magic number, and a decoder says the same of a
+/// text, of a picture and of a model that was cut off: this walk tells them apart.
 fn check_fields(bytes: &[u8]) -> Result<(), Fault> {
     if bytes.is_empty() {
         return Err(Fault::Foreign(0));
@@ -76,7 +76,8 @@ fn check_fields(bytes: &[u8]) -> Result<(), Fault> {
             Err(true) => return cut(total + 1),
             Err(false) => return Err(Fault::Foreign(part)),
         };
-        // Fields of ModelProto in onnx.proto: versions are numbers, the rest has a length. Beyond 15 there may be new ones.
+        // Fields of ModelProto in onnx.proto: versions are numbers, the rest has a length. Beyond 15 there may be new
+        // ones.
         let place = (tag >> 3, tag & 7);
         if !matches!(place, (1 | 5, 0) | (2 | 3 | 4 | 6 | 7 | 8 | 14, 2) | (16..=63, 0 | 1 | 2 | 5)) {
             return Err(Fault::Foreign(part));
@@ -99,7 +100,8 @@ fn check_fields(bytes: &[u8]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A number of seven bits a byte, low bits first. `Err(true)`: the bytes end within it; `Err(false)`: it does not fit 64 bits.
+/// A number of seven bits a byte, low bits first. `Err(true)`: the bytes end within it; `Err(false)`: it does not fit
+/// 64 bits.
 fn varint(bytes: &[u8], at: &mut usize) -> Result<u64, bool> {
     let mut value = 0;
     for shift in (0..64).step_by(7) {

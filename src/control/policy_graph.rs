@@ -1,9 +1,9 @@
 //! Checks that an ONNX graph is a plain feed-forward network, before any of it is run.
 //!
-//! A file may come from anywhere. So that nothing in it can make the inference library panic, allocate without bound or read other files, only
-//! graphs of a small language pass: one input `observation`, one output `action`, both rows of f32; the operators of [`OPERATORS`]; weights
-//! inside the file, finite; every name defined once, before its use; shapes that fit. What passes is cleaned of everything that inference
-//! does not need.
+//! A file may come from anywhere. So that nothing in it can make the inference library panic, allocate without bound or
+//! read other files, only graphs of a small language pass: one input `observation`, one output `action`, both rows of
+//! f32; the operators of [`OPERATORS`]; weights inside the file, finite; every name defined once, before its use;
+//! shapes that fit. What passes is cleaned of everything that inference does not need.
 
 use std::collections::HashMap;
 use tract_onnx::pb::tensor_proto::DataType;
@@ -40,7 +40,8 @@ pub(crate) const OUTPUT: &str = "action";
 const OLDEST_OPSET: i64 = 11;
 /// Most nodes in a graph.
 const MAX_NODES: usize = 1000;
-/// Most multiplications and other operations for one action, whatever the weights' size: a graph may use the same weights again and again.
+/// Most multiplications and other operations for one action, whatever the weights' size: a graph may use the same
+/// weights again and again.
 const MAX_WORK: usize = 1 << 24;
 
 /// What is wrong with a graph.

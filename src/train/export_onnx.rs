@@ -1,7 +1,7 @@
 //! Writing a trained network as a policy file. Features `train` and `policy`.
 //!
-//! The graph is Sub, Mul, Clip (the normaliser), then one Gemm for each layer with the activation between them: operator set 17, which
-//! every ONNX runtime of the last years knows. The batch is a free dimension.
+//! The graph is Sub, Mul, Clip (the normaliser), then one Gemm for each layer with the activation between them:
+//! operator set 17, which every ONNX runtime of the last years knows. The batch is a free dimension.
 
 use crate::asset::dense_layers::{Activation, DenseLayers, LayersError};
 use crate::asset::policy_contract::{CONTRACT_KEY, ContractError, PolicyContract};
@@ -54,8 +54,8 @@ pub enum ExportError {
     },
 }
 
-/// Writes a policy file, after reading it back from memory and checking it as any reader would, golden pair included. An earlier file of
-/// the name is replaced at once or not at all.
+/// Writes a policy file, after reading it back from memory and checking it as any reader would, golden pair included.
+/// An earlier file of the name is replaced at once or not at all.
 pub fn save_policy(
     path: impl AsRef<Path>,
     layers: &DenseLayers,
@@ -72,8 +72,8 @@ pub fn save_policy(
     Ok(policy)
 }
 
-/// The bytes of a policy file: the contract's normaliser, the layers, the contract. The golden pair is taken as it is, so that it
-/// proves to a reader that the file computes what the trainer's own network did.
+/// The bytes of a policy file: the contract's normaliser, the layers, the contract. The golden pair is taken as it is,
+/// so that it proves to a reader that the file computes what the trainer's own network did.
 pub fn policy_bytes(layers: &DenseLayers, contract: &PolicyContract) -> Result<Vec<u8>, ExportError> {
     layers.check()?;
     let metadata = contract.to_json()?;
