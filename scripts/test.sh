@@ -9,7 +9,7 @@ stage "format"
 cargo fmt --check
 
 stage "the core alone: no engine, no command line, no inference in its tree"
-tree=$(cargo tree --no-default-features --edges normal --prefix none)
+tree=$(cargo tree --no-default-features --features train --edges normal --prefix none)
 if grep -E '^(bevy|bevy_[a-z]+|tract[a-z-]*|clap|wgpu) v' <<<"$(grep -v '^bevy_athlete ' <<<"$tree")"; then
     echo "the core must not depend on these" >&2
     exit 1

@@ -28,8 +28,9 @@
 //! | --- | --- | --- |
 //! | none | the simulation core: no Bevy, no clap, no inference in its tree | |
 //! | `train` | reconstruction of motions on all cores | yes |
+//! | `policy` | trained policies: ONNX files with their contract, inference | yes |
 //! | `storyboard` | strips of figures as PNG, without a GPU | yes |
-//! | `cli` | the `athlete` command line (with `train`, `storyboard`) | yes |
+//! | `cli` | the `athlete` command line (with `train`, `policy`, `storyboard`) | yes |
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
 //! | `app` | the demo: a window on a rink | yes |
@@ -46,7 +47,7 @@
 //! | [`dynamics`] | kinematics, forward and inverse dynamics, momentum |
 //! | [`contact`] | the world, blades, grips, the contact solver |
 //! | [`sim`] | the simulator, the step, the trace |
-//! | [`control`] | targets and open-loop controls |
+//! | [`control`] | targets, open-loop controls, trained policies |
 //!
 //! # Conventions
 //!
@@ -79,6 +80,8 @@ pub mod train;
 /// What most users need.
 pub mod prelude {
     pub use crate::contact::{BladeEdge, Geometry, Solid, Surface, World};
+    #[cfg(feature = "policy")]
+    pub use crate::control::Policy;
     pub use crate::control::{ControlPlayer, ReconstructedControl};
     #[cfg(feature = "engine")]
     pub use crate::engine::*;

@@ -4,6 +4,12 @@
 //! on stderr that names the place and what would be valid, never a panic. What a machine reads is JSON. Replaying a control
 //! gives the same bits, in another process too. A test of the library alone would miss all of that.
 
+mod policy_support;
+
+use bevy_athlete::asset::dense_layers::Activation;
+use bevy_athlete::asset::policy_contract::PolicyContract;
+use bevy_athlete::math::RandomStream;
+use bevy_athlete::train::save_policy;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -293,4 +299,25 @@ fn bench_prints_the_rows_a_machine_reads() {
     assert!(report["build"]["profile"].is_string());
     refused(&["bench", "--scene", "moon"], &["moon", "skater_stand"]);
     refused(&["bench", "--lanes", "3 x f16"], &["3 x f16", "8 x f32"]);
+}
+
+#[test]
+fn info_shows_a_policys_contract() {
+    let folder = Folder::new("policy");
+    let mut random = RandomStream::new(81, 0);
+    let layers = policy_support::network(&[20, 8, 51], Activation::Tanh, &mut random);
+    let contract = policy_support::contract_for(&layers, &mut random);
+    let file = folder.path("test.onnx");
+    save_policy(&file, &layers, &contract).unwrap();
+
+    let text = done(&["info", "--policy", &file, "--character", "skater"]);
+    for word in ["stroking", "30 actions/s", "600 simulation steps/s", "stroking.clip.ron", "phase", "hand_right"] {
+        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
+    }
+    let json = done_json(&["info", "--policy", &file, "--json"]);
+    assert_eq!(PolicyContract::from_json(&json["contract"].to_string()).unwrap(), contract);
+    refused(&["info", "--policy", &file, "--character", "runner"], &["made for the character `skater`"]);
+    refused(&["info", "--policy", &folder.write("text.onnx", "a text")], &["not an ONNX model"]);
+    refused(&["info", "--policy", &folder.path("none.onnx")], &["cannot be read"]);
+    refused(&["info"], &["--character"]);
 }

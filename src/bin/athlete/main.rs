@@ -3,6 +3,7 @@
 mod bench;
 mod export_mjcf;
 mod info;
+mod info_policy;
 mod output;
 mod reconstruct;
 mod simulate;
@@ -30,7 +31,7 @@ enum Command {
     Reconstruct(reconstruct::Reconstruct),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
     ExportMjcf(export_mjcf::ExportMjcf),
-    /// Show links, masses, joints and contact points of a character
+    /// Show links, masses, joints and contact points of a character, or the contract of a policy
     Info(info::Info),
     /// Learn a policy for a skill or a motion
     Train(train::Train),
