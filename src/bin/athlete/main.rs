@@ -5,6 +5,7 @@ mod export_mjcf;
 mod info;
 mod output;
 mod reconstruct;
+mod record;
 mod simulate;
 
 use clap::{Parser, Subcommand};

@@ -1,6 +1,7 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
 use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::record::{Record, check_place};
 use crate::simulate::draw;
 use bevy_athlete::cli::{
     FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, load_character, load_motion, perform,
@@ -27,7 +28,7 @@ pub struct Reconstruct {
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
     #[arg(long)]
     character: String,
-    /// Motion to follow: a .bvh or .clip.ron file
+    /// Motion to follow: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long)]
     clip: PathBuf,
     /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default ice for a character with blades, else ground
@@ -66,6 +67,8 @@ pub struct Reconstruct {
     /// Threads; by default one for each core
     #[arg(long)]
     threads: Option<usize>,
+    #[command(flatten)]
+    record: Record,
     /// Write a storyboard (PNG) of the result
     #[arg(long)]
     storyboard: Option<PathBuf>,
@@ -99,11 +102,9 @@ impl Reconstruct {
         }
         // A place that cannot be written is better found before the search than after it.
         if let Some(path) = &self.out {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-            if folder.is_some_and(|p| !p.is_dir()) || path.is_dir() {
-                return Err(format!("--out {}: valid is a file in an existing folder", path.display()).into());
-            }
+            check_place("--out", path)?;
         }
+        let mut recorder = self.record.recorder(clip.duration())?;
         let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
         let options = ReconstructOptions {
             samples: self.samples,
@@ -155,11 +156,15 @@ impl Reconstruct {
         };
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(script.seconds(), true));
         let report = perform(&model, &world.world(), &script, &replay, |sim, reference| {
+            if let Some(recorder) = &mut recorder {
+                recorder.look(sim);
+            }
             if let Some(frames) = &mut frames {
                 frames.look(sim, reference);
             }
             Ok(())
         })?;
+        self.record.save(recorder, &model)?;
         if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
             draw(path, &model, frames, world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
         }
@@ -172,7 +177,7 @@ impl Reconstruct {
                 "build": build, "character": model.name, "world": world.to_string(), "clip": clip.name,
                 "taken_s": taken, "backtracks": backtracks, "meets": meets, "seed": self.seed,
                 "samples": self.samples, "keep": self.keep, "threads": options.threads,
-                "out": self.out, "storyboard": self.storyboard,
+                "out": self.out, "record": self.record.path(), "storyboard": self.storyboard,
             });
             if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
                 value.extend(rest);
@@ -212,7 +217,8 @@ impl Reconstruct {
         say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
         say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
         say(&format!("final state      {}", report.fingerprint))?;
-        for (what, path) in [("control", &self.out), ("storyboard", &self.storyboard)] {
+        let written = [("control", &self.out), ("record", self.record.path()), ("storyboard", &self.storyboard)];
+        for (what, path) in written {
             if let Some(path) = path {
                 say(&format!("{what:<16} {}", path.display()))?;
             }
