@@ -1,11 +1,9 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
-use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::{Record, check_place};
 use crate::simulate::draw;
-use bevy_athlete::cli::{
-    FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, load_character, load_motion, perform,
-};
+use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, WorldSpec, load_character, load_motion, perform};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructOptions, reconstruct};
 use clap::Args;
@@ -14,10 +12,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Largest distance of the root that meets what is asked, m.
-const WORST_ROOT: f64 = 0.3;
-/// Mean joint error that meets what is asked, degrees.
-const MEAN_JOINT: f64 = 15.0;
 /// Exit code of a control that was written but follows worse than that.
 const FOLLOWS_BADLY: u8 = 3;
 /// Over how long the ends of a cycle are blended, s.
@@ -169,60 +163,32 @@ impl Reconstruct {
             draw(path, &model, frames, world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
         }
 
-        let meets = report.fell_at.is_none() && report.worst_root_m <= WORST_ROOT && report.mean_joint_deg < MEAN_JOINT;
+        let asked = options.tolerance;
+        let excess = asked.excess(report.fell_at.is_some(), report.worst_root_m, report.mean_joint_deg.to_radians());
+        let meets = excess <= 1.0;
         let backtracks = found.report.backtracks;
         if self.json {
-            let mut value = serde_json::to_value(&report)?;
             let rest = json!({
                 "build": build, "character": model.name, "world": world.to_string(), "clip": clip.name,
                 "taken_s": taken, "backtracks": backtracks, "meets": meets, "seed": self.seed,
                 "samples": self.samples, "keep": self.keep, "threads": options.threads,
                 "out": self.out, "record": self.record.path(), "storyboard": self.storyboard,
             });
-            if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
-                value.extend(rest);
-            }
-            say_json(&value)?;
+            say_report_json(&report, rest)?;
         } else {
-            self.print(&report, taken, backtracks)?;
+            say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
+            let written = [("control", &self.out), ("record", self.record.path()), ("storyboard", &self.storyboard)];
+            say_report(&report, &written)?;
+            if meets {
+                say(&format!("meets            {asked}"))?;
+            }
         }
         if meets {
-            if !self.json {
-                say(&format!(
-                    "meets            no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees"
-                ))?;
-            }
             return Ok(ExitCode::SUCCESS);
         }
         complain(&format!(
-            "warning: follows worse than asked (no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees); \
-             more --samples, another --seed or --deviation may help"
+            "warning: follows worse than asked ({asked}); more --samples, another --seed or --deviation may help"
         ));
         Ok(ExitCode::from(FOLLOWS_BADLY))
-    }
-
-    fn print(
-        &self,
-        report: &PerformanceReport,
-        taken: f64,
-        backtracks: usize,
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
-        say(&format!("motion           {:.3} s", report.seconds))?;
-        match (report.fell_at, report.fall) {
-            (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
-            _ => say("fell             no")?,
-        }
-        say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
-        say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
-        say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
-        say(&format!("final state      {}", report.fingerprint))?;
-        let written = [("control", &self.out), ("record", self.record.path()), ("storyboard", &self.storyboard)];
-        for (what, path) in written {
-            if let Some(path) = path {
-                say(&format!("{what:<16} {}", path.display()))?;
-            }
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! `athlete simulate`: a motion or a control, headless.
 
-use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
 use bevy_athlete::cli::{
     FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character, load_motion, perform,
@@ -163,7 +163,6 @@ impl Simulate {
         build: BuildInfo,
     ) -> Result<(), Box<dyn Error>> {
         if self.json {
-            let mut value = serde_json::to_value(report)?;
             let rest = json!({
                 "build": build,
                 "character": model.name,
@@ -176,32 +175,15 @@ impl Simulate {
                 "record": self.record.path(),
                 "storyboard": self.storyboard,
             });
-            if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
-                value.extend(rest);
-            }
-            return say_json(&value);
+            return say_report_json(report, rest);
         }
         let how = match script {
             Script::Motion(_) => "plain stable PD on",
             Script::Control(_) => "control for",
         };
         say(&format!("{} on {world}, {how} {}, {} steps/s", model.name, script.clip().name, options.settings.rate))?;
-        say(&format!("simulated        {:.3} s, {} steps", report.seconds, report.steps))?;
-        match (report.fell_at, report.fall) {
-            (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
-            _ => say("fell             no")?,
-        }
-        say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
-        say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
-        say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
-        say(&format!("time of a step   {:.2} us", report.us_per_step))?;
-        say(&format!("final state      {}", report.fingerprint))?;
         let written = [("trace", &self.trace), ("record", self.record.path()), ("storyboard", &self.storyboard)];
-        for (what, path) in written {
-            if let Some(path) = path {
-                say(&format!("{what:<16} {}", path.display()))?;
-            }
-        }
+        say_report(report, &written)?;
         if world == WorldSpec::Empty && report.fell_at.is_some() {
             complain("note: the world is empty, so everything falls");
         }
