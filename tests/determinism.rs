@@ -11,8 +11,7 @@
 mod common;
 mod golden;
 
-use bevy_athlete::contact::World;
-use bevy_athlete::math::{F32x8, F64x4, Real};
+use bevy_athlete::math::{F32x8, F64x4};
 use bevy_athlete::model::{PRESET_NAMES, preset};
 use bevy_athlete::sim::{Simulator, step};
 use golden::*;
@@ -128,7 +127,9 @@ fn single_precision_is_near() {
 mod search {
     use super::*;
     use bevy_athlete::asset::clip::{MotionClip, Pose};
+    use bevy_athlete::contact::World;
     use bevy_athlete::control::ControlPlayer;
+    use bevy_athlete::math::Real;
     use bevy_athlete::model::skater;
     use bevy_athlete::train::{ReconstructOptions, Reconstruction, reconstruct};
     use common::pose;
