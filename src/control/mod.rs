@@ -1,8 +1,10 @@
-//! What tells the joints where to go: targets sampled from a clip, open-loop controls, trained policies (feature `policy`).
+//! What tells the joints where to go: targets sampled from a clip, open-loop controls, trained policies (feature `policy`);
+//! and what joints did: recorded clips.
 
 mod drive;
 mod fall;
 mod joint_weights;
+mod motion_recorder;
 mod open_loop;
 #[cfg(feature = "policy")]
 mod policy;
@@ -18,6 +20,7 @@ pub mod tracking;
 pub use drive::{apply_initial_state, command_pose};
 pub use fall::{FALL_ANGLE, FALL_DEPTH, Fall, fallen};
 pub use joint_weights::joint_weights;
+pub use motion_recorder::MotionRecorder;
 pub use open_loop::{ControlError, ControlPlayer, Offset, ReconstructedControl};
 #[cfg(feature = "train")]
 pub(crate) use open_loop::{offset_rotation, window_blend};

@@ -43,6 +43,9 @@ pub struct KeyPoses {
     pub frame_rate: f64,
 }
 
+/// Longest motion, repetitions included, s.
+const MAX_SECONDS: f64 = 3600.0;
+
 fn one() -> usize {
     1
 }
@@ -57,7 +60,7 @@ pub struct KeyPose {
     /// Place of the root to the right of the path, m.
     #[serde(default)]
     pub lateral: f64,
-    /// Height of the root, m; by default the lowest sole is on the ground.
+    /// Height of the root, m; by default the lowest contact point is on the ground. Given in every pose or in none.
     #[serde(default)]
     pub height: Option<f64>,
     /// Rotation vector of the root, degrees.
@@ -172,6 +175,11 @@ impl KeyPoses {
         if !(1.0..=240.0).contains(&self.frame_rate) {
             return bad("frame_rate".into(), self.frame_rate.to_string(), "1 to 240 poses per second");
         }
+        let sides = if self.mirrored { 2.0 } else { 1.0 };
+        let total = self.seconds.iter().sum::<f64>() * self.repeat as f64 * sides;
+        if total > MAX_SECONDS {
+            return bad("repeat".into(), format!("{total} s in all"), "at most 3600 s in all");
+        }
         if !(-30.0..=30.0).contains(&self.speed) {
             return bad("speed".into(), self.speed.to_string(), "-30 to 30 m/s");
         }
@@ -180,8 +188,17 @@ impl KeyPoses {
         }
         for (i, pose) in self.poses.iter().enumerate() {
             let place = |what: &str| format!("pose {i}, {what}");
-            if !(-10.0..=10.0).contains(&pose.lateral) || pose.height.is_some_and(|h| !(0.0..=10.0).contains(&h)) {
-                return bad(place("root"), format!("{}, {:?}", pose.lateral, pose.height), "metres below 10");
+            if !(-10.0..=10.0).contains(&pose.lateral) {
+                return bad(place("lateral"), pose.lateral.to_string(), "-10 to 10 m");
+            }
+            match pose.height {
+                Some(height) if !(0.0..=10.0).contains(&height) => {
+                    return bad(place("height"), height.to_string(), "0 to 10 m");
+                }
+                None if self.poses.iter().any(|p| p.height.is_some()) => {
+                    return bad(place("height"), "none".into(), "a height in every pose, or in none");
+                }
+                _ => {}
             }
             let root = std::iter::once(("root", &pose.root));
             for (name, angle) in root.chain(pose.joints.iter().map(|(n, a)| (n.as_str(), a))) {
@@ -233,7 +250,8 @@ impl KeyPoses {
         rows.push(end);
 
         let duration = times[times.len() - 1];
-        let frames = (duration * self.frame_rate).floor() as usize + 1;
+        // Rounding of the sum of times must not cost the last frame.
+        let frames = (duration * self.frame_rate + 1e-6).floor() as usize + 1;
         let mut clip = MotionClip {
             name: self.name.clone(),
             frame_rate: self.frame_rate,

@@ -6,6 +6,7 @@ mod info;
 mod info_policy;
 mod output;
 mod reconstruct;
+mod record;
 mod simulate;
 mod train;
 
