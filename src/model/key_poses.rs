@@ -7,6 +7,9 @@
 //!
 //! Poses become a clip by monotone cubic curves through the angles. The body travels along -Z at the file's speed; its
 //! height is such that the lowest contact point is on the ground, or given.
+//!
+//! With a curvature the root travels on a circle, and the heading turns with it: the pose's own root rotation and lateral
+//! place count from the heading. A negative speed travels backwards, facing the way it came from.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
 use crate::model::{CharacterModel, ModelPose};
@@ -23,8 +26,13 @@ pub struct KeyPoses {
     pub name: String,
     /// Character whose links are named.
     pub character: String,
-    /// Speed along -Z, m/s.
+    /// Speed along -Z, m/s; negative travels backwards along +Z, facing -Z.
     pub speed: f64,
+    /// Turn of the heading for each metre travelled, 1/m: positive turns to the left, counter-clockwise seen from above,
+    /// forwards and backwards. So the centre of the circle is to the left of the direction of travel: forwards on the
+    /// athlete's left, backwards on its right. The heading starts along -Z.
+    #[serde(default)]
+    pub curvature: f64,
     /// Change of the speed, m/s^2: a coasting skater slows down.
     #[serde(default)]
     pub acceleration: f64,
@@ -54,13 +62,13 @@ fn thirty() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyPose {
-    /// Place of the root to the right of the path, m.
+    /// Place of the root beside the path, m: to the right of the heading.
     #[serde(default)]
     pub lateral: f64,
     /// Height of the root, m; by default the lowest sole is on the ground.
     #[serde(default)]
     pub height: Option<f64>,
-    /// Rotation vector of the root, degrees.
+    /// Rotation vector of the root from the heading, degrees.
     #[serde(default)]
     pub root: (f64, f64, f64),
     /// Rotation vectors of the joints, degrees; joints that are not named are straight.
@@ -178,6 +186,16 @@ impl KeyPoses {
         if !(-30.0..=30.0).contains(&self.acceleration) {
             return bad("acceleration".into(), self.acceleration.to_string(), "-30 to 30 m/s^2");
         }
+        if !(-5.0..=5.0).contains(&self.curvature) {
+            return bad("curvature".into(), self.curvature.to_string(), "-5 to 5 1/m");
+        }
+        if self.mirrored && self.curvature != 0.0 {
+            return bad(
+                "curvature".into(),
+                self.curvature.to_string(),
+                "0 where `mirrored`: a mirror image turns back",
+            );
+        }
         for (i, pose) in self.poses.iter().enumerate() {
             let place = |what: &str| format!("pose {i}, {what}");
             if !(-10.0..=10.0).contains(&pose.lateral) || pose.height.is_some_and(|h| !(0.0..=10.0).contains(&h)) {
@@ -196,6 +214,16 @@ impl KeyPoses {
             }
         }
         Ok(())
+    }
+
+    /// Place on the path and heading (rad about +Y) at the time `t`, s: a circle, or the line -Z.
+    fn path(&self, t: f64) -> (DVec3, f64) {
+        let along = (self.speed + 0.5 * self.acceleration * t) * t;
+        let heading = self.curvature * along * self.speed.signum();
+        // The chord of an arc lies half way between the headings of its ends.
+        let half = 0.5 * heading;
+        let chord = if half.abs() < 1e-9 { along } else { along * half.sin() / half };
+        (DVec3::new(-chord * half.sin(), 0.0, -chord * half.cos()), heading)
     }
 
     /// The clip of these poses for a character.
@@ -258,9 +286,11 @@ impl KeyPoses {
                 DQuat::from_scaled_axis(v * (core::f64::consts::PI / 180.0))
             };
             let place = at(0);
+            let (path, heading) = self.path(t);
+            let heading = DQuat::from_rotation_y(heading);
             let mut pose = Pose {
-                root_position: DVec3::new(place.x, 0.0, -(self.speed + 0.5 * self.acceleration * t) * t),
-                root_rotation: turn(1),
+                root_position: path + heading * DVec3::new(place.x, 0.0, 0.0),
+                root_rotation: heading * turn(1),
                 joints: (2..b.len()).map(turn).collect(),
             };
             pose.root_position.y = if place.y.is_nan() {
@@ -280,5 +310,82 @@ impl KeyPoses {
         }
         clip.validate()?;
         Ok(clip)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::preset;
+
+    fn circling(speed: f64, curvature: f64, lateral: f64) -> MotionClip {
+        let pose = KeyPose { lateral, root: (-10.0, 20.0, 5.0), ..KeyPose::default() };
+        let poses = KeyPoses {
+            name: "circle".into(),
+            character: "skater".into(),
+            speed,
+            acceleration: 0.0,
+            curvature,
+            seconds: vec![0.5, 0.5],
+            poses: vec![pose.clone(), pose],
+            mirrored: false,
+            repeat: 4,
+            frame_rate: 30.0,
+        };
+        poses.to_clip(&preset("skater").unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_curved_path_is_a_circle_around_its_centre() {
+        // Forwards the centre is on the left, backwards on the right; counter-clockwise both times. A place to the right
+        // of the heading is outside in the first case and inside in the second.
+        for (speed, centre, radius) in [(3.0, -4.0, 4.1), (-3.0, 4.0, 3.9)] {
+            let clip = circling(speed, 0.25, 0.1);
+            let centre = DVec3::new(centre, 0.0, 0.0);
+            let flat = |p: &Pose| DVec3::new(p.root_position.x, 0.0, p.root_position.z) - centre;
+            for pair in clip.poses.windows(2) {
+                let (a, b) = (flat(&pair[0]), flat(&pair[1]));
+                assert!((a.length() - radius).abs() < 1e-9, "{speed}: {} m", a.length());
+                let angle = a.cross(b).y.atan2(a.dot(b));
+                assert!((angle - 3.0 * 0.25 / 30.0).abs() < 1e-9, "{speed}: turns by {angle}");
+                // The body turns with the path.
+                let turn = pair[1].root_rotation * pair[0].root_rotation.conjugate();
+                assert!((turn.to_scaled_axis() - DVec3::Y * angle).length() < 1e-9);
+                // It faces along the path, or against it.
+                let own = DQuat::from_scaled_axis(DVec3::new(-10.0, 20.0, 5.0) * (core::f64::consts::PI / 180.0));
+                let facing = pair[0].root_rotation * own.conjugate() * DVec3::NEG_Z;
+                assert!((facing * speed.signum() - DVec3::Y.cross(a.normalize())).length() < 1e-9, "{facing}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slight_curvature_tends_to_the_straight_path() {
+        let (straight, bent) = (circling(2.0, 0.0, 0.1), circling(2.0, 1e-7, 0.1));
+        for (a, b) in straight.poses.iter().zip(&bent.poses) {
+            assert!((a.root_position - b.root_position).length() < 1e-5);
+            assert!((a.root_position.x - 0.1).abs() < 1e-12);
+        }
+        assert!((straight.poses[straight.poses.len() - 1].root_position.z + 8.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_curvature_that_cannot_be_is_refused() {
+        let text = |extra: &str| {
+            format!("(name: \"c\", character: \"skater\", speed: 3, {extra}, seconds: [0.5], poses: [()])")
+        };
+        for (extra, good) in [
+            ("curvature: 0.3", true),
+            ("curvature: 0.3, mirrored: true", false),
+            ("curvature: 7", false),
+            ("curvature: NaN", false),
+        ] {
+            let poses = KeyPoses::from_ron(&text(extra), "c.keyposes.ron").unwrap();
+            let clip = poses.to_clip(&preset("skater").unwrap());
+            assert_eq!(clip.is_ok(), good, "{extra}");
+            if let Err(error) = clip {
+                assert!(error.to_string().contains("curvature"), "{error}");
+            }
+        }
     }
 }
