@@ -10,8 +10,12 @@
 //!
 //! With a curvature the root travels on a circle, and the heading turns with it: the pose's own root rotation and lateral
 //! place count from the heading. A negative speed travels backwards, facing the way it came from.
+//!
+//! With `mass_on_path` it is the centre of mass that travels, however the body turns above it; between take-off and
+//! landing, where poses are airborne, it also follows the parabola of free fall.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
+use crate::model::mass_path::{Flight, center_of_mass, turned};
 use crate::model::{CharacterModel, ModelPose};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -36,6 +40,9 @@ pub struct KeyPoses {
     /// Change of the speed, m/s^2: a coasting skater slows down.
     #[serde(default)]
     pub acceleration: f64,
+    /// If true, the centre of mass travels on the path instead of the root.
+    #[serde(default)]
+    pub mass_on_path: bool,
     /// Seconds from each pose to the next; the last one leads to the first of the next repetition.
     pub seconds: Vec<f64>,
     /// The poses.
@@ -65,13 +72,21 @@ fn thirty() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyPose {
-    /// Place of the root beside the path, m: to the right of the heading.
+    /// Place of the root, or with `mass_on_path` of the centre of mass, beside the path, m: to the right of the heading.
     #[serde(default)]
     pub lateral: f64,
     /// Height of the root, m; by default the lowest contact point is on the ground. Given in every pose or in none.
     #[serde(default)]
     pub height: Option<f64>,
-    /// Rotation vector of the root from the heading, degrees.
+    /// Turn about the vertical from the heading, degrees, to the left; beyond 360 it counts whole turns. Comes before
+    /// `root`.
+    #[serde(default)]
+    pub turn: f64,
+    /// In the air: from the pose before it to the next one that is not, the centre of mass falls freely. Needs
+    /// `mass_on_path`, no `height`, and poses on the ground before and after.
+    #[serde(default)]
+    pub airborne: bool,
+    /// Rotation vector of the root from the heading and the turn, degrees.
     #[serde(default)]
     pub root: (f64, f64, f64),
     /// Rotation vectors of the joints, degrees; joints that are not named are straight.
@@ -144,7 +159,7 @@ fn other_side(name: &str) -> String {
     }
 }
 
-/// One row of curves: lateral place, root rotation, then the joints; degrees and metres.
+/// One row of curves: lateral place, height and turn, root rotation, then the joints; degrees and metres.
 type Row = Vec<DVec3>;
 
 impl KeyPoses {
@@ -218,6 +233,14 @@ impl KeyPoses {
                 }
                 _ => {}
             }
+            if !(-10_000.0..=10_000.0).contains(&pose.turn) {
+                return bad(place("turn"), pose.turn.to_string(), "at most 10000 degrees");
+            }
+            let inner = i > 0 && i + 1 < self.poses.len();
+            if pose.airborne && !(self.mass_on_path && pose.height.is_none() && inner) {
+                let valid = "only with `mass_on_path`, without `height`, and not in the first or last pose";
+                return bad(place("airborne"), "true".into(), valid);
+            }
             let root = std::iter::once(("root", &pose.root));
             for (name, angle) in root.chain(pose.joints.iter().map(|(n, a)| (n.as_str(), a))) {
                 let v = DVec3::new(angle.0, angle.1, angle.2);
@@ -252,7 +275,8 @@ impl KeyPoses {
             let seen = |v: DVec3| if flip { mirror(v) } else { v };
             // A height of NaN stands for "on the ground" until the pose is known.
             let lateral = if flip { -pose.lateral } else { pose.lateral };
-            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), 0.0), seen(vector(&pose.root))];
+            let turn = if flip { -pose.turn } else { pose.turn };
+            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), turn), seen(vector(&pose.root))];
             row.extend(names.iter().map(|name| {
                 let from = if flip { other_side(name) } else { name.clone() };
                 pose.joints.get(&from).map_or(DVec3::ZERO, |a| seen(vector(a)))
@@ -260,6 +284,7 @@ impl KeyPoses {
             row
         };
         let mut rows = Vec::new();
+        let mut airborne = Vec::new();
         let mut times = vec![0.0];
         for _ in 0..self.repeat {
             for flip in [false, true] {
@@ -268,6 +293,7 @@ impl KeyPoses {
                 }
                 for (pose, seconds) in self.poses.iter().zip(&self.seconds) {
                     rows.push(row(pose, flip));
+                    airborne.push(pose.airborne);
                     times.push(times[times.len() - 1] + seconds);
                 }
             }
@@ -286,9 +312,7 @@ impl KeyPoses {
             joints: names,
             poses: Vec::with_capacity(frames),
         };
-        let mut places = Vec::new();
-        for frame in 0..frames {
-            let t = frame as f64 / self.frame_rate;
+        let pose_at = |t: f64| {
             let k = times.partition_point(|x| *x <= t).clamp(1, times.len() - 1) - 1;
             let s = ((t - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
             let around = |k: isize| {
@@ -308,10 +332,11 @@ impl KeyPoses {
             let heading = DQuat::from_rotation_y(heading);
             let mut pose = Pose {
                 root_position: path + heading * DVec3::new(place.x, 0.0, 0.0),
-                root_rotation: heading * turn(1),
+                root_rotation: heading * turned(place.z) * turn(1),
                 joints: (2..b.len()).map(turn).collect(),
             };
             pose.root_position.y = if place.y.is_nan() {
+                let mut places = Vec::new();
                 let mut whole = ModelPose::zero(model);
                 whole.root_rotation = pose.root_rotation;
                 whole.joints[1..].copy_from_slice(&pose.joints);
@@ -324,6 +349,25 @@ impl KeyPoses {
             } else {
                 place.y
             };
+            if self.mass_on_path {
+                let aside = center_of_mass(model, &pose) - pose.root_position;
+                pose.root_position -= DVec3::new(aside.x, 0.0, aside.z);
+            }
+            pose
+        };
+        let mut flights = Vec::new();
+        for k in (1..airborne.len()).filter(|&k| airborne[k] && !airborne[k - 1]) {
+            let end = (k..airborne.len()).find(|&e| !airborne[e]).unwrap_or(k);
+            let seconds = (times[k - 1], times[end]);
+            let height = |t| center_of_mass(model, &pose_at(t)).y;
+            flights.push(Flight { seconds, heights: (height(seconds.0), height(seconds.1)) });
+        }
+        for frame in 0..frames {
+            let t = frame as f64 / self.frame_rate;
+            let mut pose = pose_at(t);
+            if let Some(height) = flights.iter().find_map(|f| f.height(t)) {
+                pose.root_position.y += height - center_of_mass(model, &pose).y;
+            }
             clip.poses.push(pose);
         }
         clip.validate()?;
@@ -344,6 +388,7 @@ mod tests {
             speed,
             acceleration: 0.0,
             curvature,
+            mass_on_path: false,
             seconds: vec![0.5, 0.5],
             poses: vec![pose.clone(), pose],
             mirrored: false,
@@ -404,6 +449,57 @@ mod tests {
             if let Err(error) = clip {
                 assert!(error.to_string().contains("curvature"), "{error}");
             }
+        }
+    }
+
+    /// A jump with two turns and swinging arms; in the air from 0.3 to 0.75 s.
+    const JUMP: &str = r#"(
+        name: "jump", character: "skater", speed: 2, mass_on_path: true, frame_rate: 120,
+        seconds: [0.3, 0.15, 0.15, 0.15, 0.3],
+        poses: [
+            (joints: {"thigh_left": (60, 0, 0), "shin_left": (-90, 0, 0)}),
+            (turn: 90, joints: {"bicep_left": (0, 0, -90)}),
+            (turn: 330, airborne: true, lateral: 0.05, joints: {"bicep_left": (60, 0, 0)}),
+            (turn: 570, airborne: true, lateral: 0.1, joints: {"thigh_right": (30, 0, 0)}),
+            (turn: 810, lateral: 0.15),
+        ],
+    )"#;
+
+    #[test]
+    fn in_the_air_the_centre_of_mass_falls_freely_and_the_root_turns_on() {
+        let model = preset("skater").unwrap();
+        let clip = KeyPoses::from_ron(JUMP, "jump").unwrap().to_clip(&model).unwrap();
+        let mass: Vec<DVec3> = clip.poses.iter().map(|p| center_of_mass(&model, p)).collect();
+        let step = 1.0 / 120.0;
+        for (k, m) in mass.iter().enumerate() {
+            assert!((m.z + 2.0 * k as f64 * step).abs() < 1e-9, "frame {k}: {}", m.z);
+        }
+        for k in 37..89 {
+            let acceleration = (mass[k + 1] - 2.0 * mass[k] + mass[k - 1]).y / (step * step);
+            assert!((acceleration + 9.81).abs() < 1e-6, "frame {k}: {acceleration} m/s^2");
+        }
+        let mut turned = 0.0;
+        for pair in clip.poses.windows(2) {
+            let by = (pair[1].root_rotation * pair[0].root_rotation.conjugate()).to_scaled_axis();
+            assert!(by.x.abs() + by.z.abs() < 1e-9);
+            turned += by.y;
+        }
+        assert!((turned.to_degrees() - 810.0).abs() < 1e-6, "{} degrees", turned.to_degrees());
+    }
+
+    #[test]
+    fn flights_that_have_no_ground_are_refused() {
+        let model = preset("skater").unwrap();
+        for (from, to) in [
+            ("mass_on_path: true, ", ""),
+            ("(turn: 810", "(airborne: true, turn: 810"),
+            ("airborne: true, lateral: 0.05", "airborne: true, height: 1"),
+            ("turn: 330", "turn: 1e6"),
+        ] {
+            let text = JUMP.replacen(from, to, 1);
+            assert_ne!(text, JUMP);
+            let error = KeyPoses::from_ron(&text, "jump").unwrap().to_clip(&model).unwrap_err();
+            assert!(matches!(error, KeyPoseError::Value { .. }), "{error}");
         }
     }
 }
