@@ -50,9 +50,9 @@ pub struct Normaliser {
 /// What the numbers of an action do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActionMeaning {
-    /// Three numbers turn a joint's target away from the reference pose: target = reference times the rotation whose
-    /// vector is scale times the numbers (rad, axes of the child link).
-    #[serde(rename = "rotation-vector offset on the reference pose's joint target, child axes")]
+    /// Three numbers turn a joint's target away from the reference pose: with o = scale times the numbers, target =
+    /// reference times the rotation by `2 atan(|o| / 2)` about o (axes of the child link); for small o its rotation vector, rad.
+    #[serde(rename = "offset o on the reference pose's joint target: a turn by 2 atan(|o| / 2) about o, child axes")]
     ReferenceOffset,
 }
 
@@ -60,7 +60,7 @@ impl ActionMeaning {
     /// The sentence that stands in the file.
     pub fn sentence(self) -> &'static str {
         match self {
-            Self::ReferenceOffset => "rotation-vector offset on the reference pose's joint target, child axes",
+            Self::ReferenceOffset => "offset o on the reference pose's joint target: a turn by 2 atan(|o| / 2) about o, child axes",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `athlete`: simulation, reconstruction, export and timing of bevy_athlete's characters, without a window.
 
 mod bench;
+mod evaluate;
 mod export_mjcf;
 mod info;
 mod info_policy;
@@ -36,6 +37,8 @@ enum Command {
     Info(info::Info),
     /// Learn a policy for a skill or a motion
     Train(train::Train),
+    /// Try a policy on fresh random trials
+    Evaluate(evaluate::Evaluate),
     /// Time the simulation in the shared scenes
     Bench(bench::Bench),
 }
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Train(command) => command.run(),
+        Command::Evaluate(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
     result.unwrap_or_else(|failure| {

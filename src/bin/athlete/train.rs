@@ -5,7 +5,7 @@ use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
-use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer};
+use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, trained_policy_bytes};
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -94,6 +94,10 @@ impl Train {
                 skill.world.clone_from(&self.world);
                 skill.training_rate = Some(CLIP_RATE);
                 skill.episode.seconds = 600.0;
+                // A clip alone says nothing of what may go wrong: small errors only.
+                skill.episode.friction = None;
+                skill.episode.joint_noise = 0.02;
+                skill.episode.velocity_noise = 0.02;
                 if let Some(text) = &self.gains {
                     skill.gains = Some(pair(text, "--gains")?);
                 }
@@ -224,7 +228,12 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn std::error::Erro
 fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>> {
     write_whole(&out.join("checkpoint.json"), trainer.checkpoint().as_bytes())?;
     let best = trainer.best().cloned().unwrap_or_else(|| trainer.present());
-    write_whole(&out.join("policy.json"), serde_json::to_string(&best)?.as_bytes())?;
+    let motion = format!("{}.clip.ron", trainer.task().skill.name);
+    let clip = out.join(&motion);
+    if !clip.is_file() {
+        trainer.task().clip.save(&clip)?;
+    }
+    write_whole(&out.join("policy.onnx"), &trained_policy_bytes(trainer.task(), &best, &motion)?)?;
 
     let mut csv = String::from(
         "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",

@@ -1,22 +1,12 @@
 //! The order of the numbers that a policy sees.
 
+use crate::asset::policy_contract::ObservationBlock;
 use crate::control::tracking::TrackedMotion;
 use crate::model::CharacterModel;
 
-/// A named part of an observation.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ObservationBlock {
-    /// Short name.
-    pub name: &'static str,
-    /// Numbers in it.
-    pub size: usize,
-    /// What they are, with unit and frame.
-    pub meaning: &'static str,
-}
-
 /// The blocks of an observation, in order. The heading frame is the world turned about the vertical so that the root
 /// faces -Z.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObservationLayout {
     /// The blocks.
     pub blocks: Vec<ObservationBlock>,
@@ -26,7 +16,7 @@ impl ObservationLayout {
     /// The layout of [`Tracker::observe`](super::Tracker::observe) for a character.
     pub fn of(model: &CharacterModel) -> Self {
         let joints = model.links.len() - 1;
-        let block = |name, size, meaning| ObservationBlock { name, size, meaning };
+        let block = |name: &str, size, meaning: &str| ObservationBlock { name: name.into(), size, meaning: meaning.into() };
         Self {
             blocks: vec![
                 block("phase", TrackedMotion::PHASES, "place in the motion, hat functions in [0, 1]"),

@@ -7,6 +7,6 @@ mod motion;
 mod tracker;
 
 pub use heading::Heading;
-pub use layout::{ObservationBlock, ObservationLayout};
+pub use layout::ObservationLayout;
 pub use motion::{CycleShift, TrackedMotion, TrackedTick};
 pub use tracker::{Tracker, TrackerOptions, TrackingTerms};

@@ -63,7 +63,7 @@ pub struct Environment<R: Real> {
     random: RandomStream,
     lanes: Vec<Lane>,
     features: Vec<R>,
-    /// Pushes are off (false in evaluation without pushes).
+    /// Whether the pushes of the skill happen.
     pub pushes: bool,
 }
 

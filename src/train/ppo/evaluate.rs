@@ -47,7 +47,8 @@ impl Actor for MeanActor<'_> {
     }
 }
 
-/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration and pushes.
+/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; pushed as the skill says, if
+/// `pushed`.
 ///
 /// `from_start` begins all of them at the start of the motion, else evenly over it. Results do not depend on the number of
 /// threads.
@@ -58,6 +59,7 @@ pub fn evaluate<R: Real, A: Actor>(
     seed: u64,
     threads: usize,
     from_start: bool,
+    pushed: bool,
 ) -> EvaluationReport {
     let mut fresh = (**task).clone();
     fresh.skill.episode.from_start |= from_start;
@@ -68,7 +70,7 @@ pub fn evaluate<R: Real, A: Actor>(
     let run = |first: usize, count: usize| -> Vec<(bool, f64, f64, usize)> {
         let mut scratch = A::Scratch::default();
         (first..(first + count).min(batches))
-            .flat_map(|batch| run_batch::<R, A>(&fresh, actor, &mut scratch, seed, batch as u64))
+            .flat_map(|batch| run_batch::<R, A>(&fresh, actor, &mut scratch, seed, batch as u64, pushed))
             .collect()
     };
     let mut results = Vec::new();
@@ -97,10 +99,11 @@ fn run_batch<R: Real, A: Actor>(
     scratch: &mut A::Scratch,
     seed: u64,
     batch: u64,
+    pushed: bool,
 ) -> Vec<(bool, f64, f64, usize)> {
     let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
     let mut env = Environment::<R>::new(task.clone(), seed, 0x4556_0000 + batch, &starts);
-    env.pushes = false;
+    env.pushes = pushed;
     let size = task.layout.size();
     let mut rows = vec![0.0; R::LANES * size];
     let mut open = vec![true; R::LANES];

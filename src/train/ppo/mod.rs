@@ -6,6 +6,8 @@
 
 mod environment;
 mod evaluate;
+#[cfg(feature = "policy")]
+mod export;
 mod learner;
 mod normalizer;
 mod rollout;
@@ -14,6 +16,8 @@ mod task;
 mod trainer;
 
 pub use environment::{Ending, Environment, Outcome, Trial};
+#[cfg(feature = "policy")]
+pub use export::trained_policy_bytes;
 pub use normalizer::Normalizer;
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};

@@ -52,6 +52,8 @@ pub struct SkillTask {
     pub skill: SkillDefinition,
     /// The character.
     pub model: SharedModel,
+    /// The motion as it was read.
+    pub clip: MotionClip,
     /// The motion, tick by tick.
     pub motion: Arc<TrackedMotion>,
     /// How it is followed.
@@ -76,15 +78,15 @@ impl SkillTask {
     /// Prepares a skill whose motion has been read.
     pub fn new(skill: &SkillDefinition, model: SharedModel, clip: &MotionClip) -> Result<Self, TaskError> {
         skill.validate()?;
-        let clip = match skill.window {
+        let part = match skill.window {
             Some((from, to)) => clip.cut(from, to)?,
             None => clip.clone(),
         };
         let rate = skill.control_rate;
         let motion = if skill.cyclic {
-            TrackedMotion::cyclic(&clip, &model, rate, skill.straight)?
+            TrackedMotion::cyclic(&part, &model, rate, skill.straight)?
         } else {
-            TrackedMotion::once(&clip, &model, rate, skill.hold)?
+            TrackedMotion::once(&part, &model, rate, skill.hold)?
         };
         let surface = if skill.world == "ground" { Surface::GROUND } else { Surface::ICE };
         let mut settings = SimulationSettings::of(&model);
@@ -110,6 +112,7 @@ impl SkillTask {
             weights: crate::control::joint_weights(&model),
             forbidden: forbidden_points(&model),
             push_link,
+            clip: clip.clone(),
             motion: Arc::new(motion),
             skill: skill.clone(),
             settings,

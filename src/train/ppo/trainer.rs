@@ -396,7 +396,7 @@ impl Trainer {
         let actor = MeanActor(&self.learner.actor, &self.normalizer);
         let from_start = self.task.motion.cycle().is_none();
         let seed = self.options.seed ^ (0x6d65_6173 + number);
-        evaluate::<Lanes, _>(&self.task, &actor, self.options.evaluation_trials, seed, self.options.threads, from_start)
+        evaluate::<Lanes, _>(&self.task, &actor, self.options.evaluation_trials, seed, self.options.threads, from_start, false)
     }
 }
 
