@@ -60,7 +60,9 @@ impl ActionMeaning {
     /// The sentence that stands in the file.
     pub fn sentence(self) -> &'static str {
         match self {
-            Self::ReferenceOffset => "offset o on the reference pose's joint target: a turn by 2 atan(|o| / 2) about o, child axes",
+            Self::ReferenceOffset => {
+                "offset o on the reference pose's joint target: a turn by 2 atan(|o| / 2) about o, child axes"
+            }
         }
     }
 }

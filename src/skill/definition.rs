@@ -293,15 +293,22 @@ impl SkillDefinition {
         if !(0.1..=600.0).contains(&e.seconds) {
             return bad("episode.seconds", e.seconds.to_string(), "0.1 to 600 s");
         }
-        let ranges =
-            [("episode.speed", e.speed, 30.0), ("episode.start_speed", e.start_speed, 30.0), ("episode.friction", e.friction, 10.0)];
+        let ranges = [
+            ("episode.speed", e.speed, 30.0),
+            ("episode.start_speed", e.start_speed, 30.0),
+            ("episode.friction", e.friction, 10.0),
+        ];
         for (field, range, most) in ranges {
             if range.is_some_and(|(a, b)| !(0.0 <= a && a <= b && b <= most)) {
                 return bad(field, format!("{range:?}"), &format!("two numbers in order, from 0 to {most}"));
             }
         }
         if !((0.0..=1.0).contains(&e.joint_noise) && (0.0..=5.0).contains(&e.velocity_noise)) {
-            return bad("episode noise", format!("{}, {}", e.joint_noise, e.velocity_noise), "0 to 1 rad and 0 to 5 m/s");
+            return bad(
+                "episode noise",
+                format!("{}, {}", e.joint_noise, e.velocity_noise),
+                "0 to 1 rad and 0 to 5 m/s",
+            );
         }
         if let Some(push) = &e.push
             && !((0.0..=1e5).contains(&push.force) && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1)

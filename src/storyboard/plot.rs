@@ -66,7 +66,8 @@ pub fn charts_png(charts: &[Chart], width: u32, height: u32) -> Result<Vec<u8>, 
 fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
     let ink = Color::from_rgba8(40, 40, 46, 255);
     let (x0, x1, y0, y1) = (LEFT, width - RIGHT, top + height - BOTTOM, top + TOP);
-    let finite = |c: &Curve| c.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect::<Vec<_>>();
+    let finite =
+        |c: &Curve| c.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect::<Vec<_>>();
     let lines: Vec<Vec<(f64, f64)>> = chart.curves.iter().map(finite).collect();
     let all = || lines.iter().flatten().map(|p| p.0);
     let (left, right) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));

@@ -128,7 +128,8 @@ impl Train {
         }
         if let Some(text) = &self.hidden {
             let sizes: Result<Vec<usize>, _> = text.split(',').map(|t| t.trim().parse()).collect();
-            options.hidden = sizes.map_err(|_| format!("--hidden `{text}`: valid is whole numbers, such as 128,128"))?;
+            options.hidden =
+                sizes.map_err(|_| format!("--hidden `{text}`: valid is whole numbers, such as 128,128"))?;
         }
         Ok(options)
     }
@@ -182,9 +183,8 @@ impl Train {
                 bar.suspend(|| say(&text))?;
             }
             let reached = self.until.is_some_and(|p| news.evaluation.is_some_and(|(s, _)| 100.0 * s >= p));
-            let done = reached
-                || began.elapsed() >= limit
-                || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
+            let done =
+                reached || began.elapsed() >= limit || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
             if done || saved.elapsed() > Duration::from_secs(30) {
                 save(&out, &trainer)?;
                 saved = Instant::now();
@@ -221,7 +221,9 @@ fn line(news: &Iteration) -> String {
 /// Writes a file whole or not at all.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
     let part = path.with_extension("part");
-    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).map_err(|e| format!("{}: {e}", path.display()).into())
+    std::fs::write(&part, bytes)
+        .and_then(|()| std::fs::rename(&part, path))
+        .map_err(|e| format!("{}: {e}", path.display()).into())
 }
 
 /// Checkpoint, curve as CSV and PNG, and the best policy.
@@ -239,7 +241,8 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
         "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
     );
     for i in trainer.curve() {
-        let (survival, reward) = i.evaluation.map_or((String::new(), String::new()), |(s, r)| (s.to_string(), r.to_string()));
+        let (survival, reward) =
+            i.evaluation.map_or((String::new(), String::new()), |(s, r)| (s.to_string(), r.to_string()));
         let [a, b, c] = i.parts;
         let _ = writeln!(
             csv,

@@ -16,7 +16,8 @@ impl ObservationLayout {
     /// The layout of [`Tracker::observe`](super::Tracker::observe) for a character.
     pub fn of(model: &CharacterModel) -> Self {
         let joints = model.links.len() - 1;
-        let block = |name: &str, size, meaning: &str| ObservationBlock { name: name.into(), size, meaning: meaning.into() };
+        let block =
+            |name: &str, size, meaning: &str| ObservationBlock { name: name.into(), size, meaning: meaning.into() };
         Self {
             blocks: vec![
                 block("phase", TrackedMotion::PHASES, "place in the motion, hat functions in [0, 1]"),
@@ -25,13 +26,25 @@ impl ObservationLayout {
                 block("root_velocity", 3, "m/s, heading frame"),
                 block("root_spin", 3, "rad/s, heading frame"),
                 block("root_turn", 3, "rotation vector from the root to the reference's, root axes, rad"),
-                block("com_velocity_error", 3, "wanted minus present velocity of the centre of mass, heading frame, m/s"),
+                block(
+                    "com_velocity_error",
+                    3,
+                    "wanted minus present velocity of the centre of mass, heading frame, m/s",
+                ),
                 block("heading", 2, "cosine and sine of the turn from the root's heading to the reference's"),
                 block("offset", 3, "from the root to the reference's, heading frame, m, level parts cut at 1 m"),
                 block("speed", 1, "commanded speed, m/s"),
-                block("links", 6 * joints, "origin (m) and velocity (m/s) against the root, heading frame, link by link"),
+                block(
+                    "links",
+                    6 * joints,
+                    "origin (m) and velocity (m/s) against the root, heading frame, link by link",
+                ),
                 block("blades", 2 * model.blades.len(), "height of toe and heel, m, cut at -0.1 and 0.5"),
-                block("joints", 6 * joints, "rotation vector to the next reference (rad) and velocity (rad/s), child axes, joint by joint"),
+                block(
+                    "joints",
+                    6 * joints,
+                    "rotation vector to the next reference (rad) and velocity (rad/s), child axes, joint by joint",
+                ),
             ],
         }
     }

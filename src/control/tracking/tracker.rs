@@ -337,13 +337,13 @@ impl<R: Real> Tracker<R> {
         let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
         let com = sim.center_of_mass();
         let (mut pose, mut velocity, mut sum) = (R::zero(), R::zero(), 0.0);
-        for i in 1..self.now.joints.len() {
-            let joint = &sim.state.joints[i];
-            let weight = R::splat(weights[i]);
-            let error = (joint.rotation.conjugate() * self.now.joints[i]).to_rotation_vector();
-            pose = error.length_squared().mul_add(weight, pose);
-            velocity = (joint.velocity - self.now.joint_velocities[i]).length_squared().mul_add(weight, velocity);
-            sum += weights[i];
+        let wanted = self.now.joints.iter().zip(&self.now.joint_velocities);
+        for (((wanted, speed), joint), weight) in wanted.zip(&sim.state.joints).zip(weights).skip(1) {
+            let part = R::splat(*weight);
+            let error = (joint.rotation.conjugate() * *wanted).to_rotation_vector();
+            pose = error.length_squared().mul_add(part, pose);
+            velocity = (joint.velocity - *speed).length_squared().mul_add(part, velocity);
+            sum += weight;
         }
         let mean = R::splat(1.0 / sum.max(1e-9));
         let links = sim.kinematics();

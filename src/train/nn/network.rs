@@ -178,7 +178,7 @@ mod tests {
         network.forward(&mut scratch, &input, rows);
         network.backward(&mut scratch, &input, rows, &d, &mut gradient);
         let (h, mut worst) = (1e-2_f32, 0.0_f32);
-        for k in 0..gradient.len() {
+        for (k, gradient) in gradient.iter().enumerate() {
             let mut loss = |shift: f32| -> f64 {
                 network.parameters_mut()[k] += shift;
                 let out = network.forward(&mut scratch, &input, rows);
@@ -187,7 +187,7 @@ mod tests {
                 sum
             };
             let slope = ((loss(h) - loss(-h)) / (2.0 * f64::from(h))) as f32;
-            worst = worst.max((slope - gradient[k]).abs());
+            worst = worst.max((slope - gradient).abs());
         }
         println!("gradient against differences: {worst:.2e} (allowed 3e-3)");
         assert!(worst < 3e-3, "{worst}");

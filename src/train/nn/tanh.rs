@@ -13,7 +13,7 @@ pub fn tanh(x: f32) -> f32 {
     // 2^rest on [-1/2, 1/2]: the Taylor coefficients ln(2)^n / n!.
     let power = 1.0
         + rest
-            * (0.693_147_2
+            * (core::f32::consts::LN_2
                 + rest
                     * (0.240_226_5
                         + rest

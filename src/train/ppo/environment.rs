@@ -185,7 +185,9 @@ impl<R: Real> Environment<R> {
         }
         self.tracker.advance(&self.sim);
         let terms = self.tracker.terms(&mut self.sim, &task.weights);
-        (0..R::LANES).map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size])).collect()
+        (0..R::LANES)
+            .map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size]))
+            .collect()
     }
 
     fn push_lanes(&mut self) {

@@ -75,8 +75,14 @@ pub fn evaluate<R: Real, A: Actor>(
     };
     let mut results = Vec::new();
     std::thread::scope(|scope| {
-        let handles: Vec<_> =
-            (0..threads).map(|n| scope.spawn({ let run = &run; move || run(n * per_thread, per_thread) })).collect();
+        let handles: Vec<_> = (0..threads)
+            .map(|n| {
+                scope.spawn({
+                    let run = &run;
+                    move || run(n * per_thread, per_thread)
+                })
+            })
+            .collect();
         for handle in handles {
             // A panic in a thread is passed on.
             results.extend(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));

@@ -187,7 +187,8 @@ impl Shard {
             let ratio = log_ratio.clamp(-20.0, 20.0).exp();
             let advantage = (pod.advantages[at] - mean) / (deviation + 1e-6);
             // The unclipped term is the smaller one unless the ratio has left the interval in the advantage's direction.
-            let outside = (advantage > 0.0 && ratio > 1.0 + options.clip) || (advantage < 0.0 && ratio < 1.0 - options.clip);
+            let outside =
+                (advantage > 0.0 && ratio > 1.0 + options.clip) || (advantage < 0.0 && ratio < 1.0 - options.clip);
             let factor = if outside { 0.0 } else { -ratio * advantage * precision * share };
             self.d_mean.extend(action.iter().zip(mine).map(|(a, m)| factor * (a - m)));
             // Schulman's estimate of the divergence: always positive, small variance.

@@ -16,10 +16,10 @@ mod task;
 mod trainer;
 
 pub use environment::{Ending, Environment, Outcome, Trial};
+pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::trained_policy_bytes;
 pub use normalizer::Normalizer;
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};
-pub use evaluate::{Actor, EvaluationReport, evaluate};
 pub use trainer::{Iteration, TrainError, TrainOptions, Trained, Trainer};

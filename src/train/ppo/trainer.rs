@@ -241,8 +241,7 @@ impl Trainer {
 
     fn open_pods(&mut self, done: u64) {
         let (task, seed, starts) = (&self.task, self.options.seed, &self.starts);
-        self.pods =
-            (0..self.options.pods as u64).map(|n| Pod::new(task, seed, n + (done << 32), starts)).collect();
+        self.pods = (0..self.options.pods as u64).map(|n| Pod::new(task, seed, n + (done << 32), starts)).collect();
     }
 
     /// The whole state but the trials under way, as JSON.
@@ -396,7 +395,15 @@ impl Trainer {
         let actor = MeanActor(&self.learner.actor, &self.normalizer);
         let from_start = self.task.motion.cycle().is_none();
         let seed = self.options.seed ^ (0x6d65_6173 + number);
-        evaluate::<Lanes, _>(&self.task, &actor, self.options.evaluation_trials, seed, self.options.threads, from_start, false)
+        evaluate::<Lanes, _>(
+            &self.task,
+            &actor,
+            self.options.evaluation_trials,
+            seed,
+            self.options.threads,
+            from_start,
+            false,
+        )
     }
 }
 
