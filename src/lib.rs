@@ -27,7 +27,7 @@
 //! | feature | brings | on by default |
 //! | --- | --- | --- |
 //! | none | the simulation core: no Bevy, no clap, no inference in its tree | |
-//! | `train` | reconstruction of motions on all cores | yes |
+//! | `train` | reconstruction of motions and learning of policies on all cores | yes |
 //! | `policy` | trained policies: ONNX files with their contract, inference | yes |
 //! | `storyboard` | strips of figures as PNG, without a GPU | yes |
 //! | `cli` | the `athlete` command line (with `train`, `policy`, `storyboard`) | yes |
