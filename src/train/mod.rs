@@ -1,7 +1,9 @@
 //! Making motions: methods that search for controls. Feature `train`.
 
+pub mod cma_es;
 mod samcon;
 mod samcon_cost;
+mod symmetric_eigen;
 
 pub use samcon::{
     Progress, ReconstructError, ReconstructOptions, Reconstruction, ReconstructionReport, STIFF_GAINS, Tolerance,
