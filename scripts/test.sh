@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Everything that has to hold before a change lands. Needs a C compiler and the Rust toolchain, nothing else.
+# Everything that has to hold before a change lands. Needs a C compiler and the Rust toolchain; with Node and rustup, WASM
+# is checked too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,7 +10,7 @@ stage "format"
 cargo fmt --check
 
 stage "the core alone: no engine, no command line, no inference in its tree"
-tree=$(cargo tree --no-default-features --edges normal --prefix none)
+tree=$(cargo tree --no-default-features --features train --edges normal --prefix none)
 if grep -E '^(bevy|bevy_[a-z]+|tract[a-z-]*|clap|wgpu) v' <<<"$(grep -v '^bevy_athlete ' <<<"$tree")"; then
     echo "the core must not depend on these" >&2
     exit 1
@@ -22,6 +23,9 @@ cargo test --locked --no-default-features --features cli
 
 stage "the same bits in release"
 cargo test --locked --release --no-default-features --features train --test determinism
+
+stage "the same bits in a portable build and in WASM"
+bash scripts/wasm_bits.sh
 
 stage "with the engine: lint, docs"
 cargo clippy --locked --all-targets -- -D warnings

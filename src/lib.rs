@@ -27,9 +27,10 @@
 //! | feature | brings | on by default |
 //! | --- | --- | --- |
 //! | none | the simulation core: no Bevy, no clap, no inference in its tree | |
-//! | `train` | reconstruction of motions on all cores; networks and their gradients | yes |
+//! | `train` | reconstruction of motions and learning of policies on all cores | yes |
+//! | `policy` | trained policies: ONNX files with their contract, inference | yes |
 //! | `storyboard` | strips of figures as PNG, without a GPU | yes |
-//! | `cli` | the `athlete` command line (with `train`, `storyboard`) | yes |
+//! | `cli` | the `athlete` command line (with `train`, `policy`, `storyboard`) | yes |
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
 //! | `app` | the demo: a window on a rink | yes |
@@ -46,7 +47,7 @@
 //! | [`dynamics`] | kinematics, forward and inverse dynamics, momentum |
 //! | [`contact`] | the world, blades, grips, the contact solver |
 //! | [`sim`] | the simulator, the step, the trace |
-//! | [`control`] | targets and open-loop controls |
+//! | [`control`] | targets, open-loop controls, trained policies |
 //!
 //! # Conventions
 //!
@@ -70,6 +71,7 @@ pub mod math;
 pub mod model;
 pub mod scenes;
 pub mod sim;
+pub mod skill;
 #[cfg(feature = "storyboard")]
 pub mod storyboard;
 #[cfg(feature = "train")]
@@ -78,6 +80,8 @@ pub mod train;
 /// What most users need.
 pub mod prelude {
     pub use crate::contact::{BladeEdge, Geometry, Solid, Surface, World};
+    #[cfg(feature = "policy")]
+    pub use crate::control::Policy;
     pub use crate::control::{ControlPlayer, ReconstructedControl};
     #[cfg(feature = "engine")]
     pub use crate::engine::*;

@@ -77,7 +77,8 @@ fn report(name: &str, g: &Glide) {
 
 const LAW: LeanLaw = LeanLaw::DeadZone { dead_zone: 15.0 * std::f64::consts::PI / 180.0, gain: 6.0 };
 
-/// One blade: a rigid body of a person's size, its centre of mass above the blade. Nothing holds it up but its balance.
+/// One blade: a rigid body of a person's size, its centre of mass above the blade. Nothing holds it up but its balance. The
+/// skater itself on one blade is in `one_blade.rs`.
 #[test]
 fn gliding_straight_on_one_blade() {
     let mut model = rigid(50.0, DVec3::new(8.0, 1.0, 8.0), DVec3::ZERO);

@@ -4,6 +4,12 @@
 //! on stderr that names the place and what would be valid, never a panic. What a machine reads is JSON. Replaying a control
 //! gives the same bits, in another process too. A test of the library alone would miss all of that.
 
+mod policy_support;
+
+use bevy_athlete::asset::dense_layers::Activation;
+use bevy_athlete::asset::policy_contract::PolicyContract;
+use bevy_athlete::math::RandomStream;
+use bevy_athlete::train::save_policy;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -145,6 +151,17 @@ fn simulate_follows_a_clip_and_writes_trace_and_storyboard() {
     assert!(lines.iter().skip(1).any(|line| line["contacts"][0]["kind"] == "blade"));
     assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
 
+    // Recorded, and performed again; 30 poses a second, or as many as asked for.
+    let recorded = folder.path("out.clip.ron");
+    let report = done_json(&[&run[..], &["--record", &recorded]].concat());
+    assert_eq!(report["record"], recorded.as_str());
+    let clip = bevy_athlete::asset::clip::MotionClip::load(&recorded).unwrap();
+    assert_eq!((clip.name.as_str(), clip.frame_rate, clip.poses.len()), ("out", 30.0, 4));
+    let again = ["simulate", "--character", "skater", "--motion", &recorded, "--record", &recorded];
+    let text = done(&[&again[..], &["--record-rate", "60"]].concat());
+    assert!(text.contains("skater on ice, plain stable PD on out") && text.contains("record  "), "{text}");
+    assert_eq!(bevy_athlete::asset::clip::MotionClip::load(&recorded).unwrap().poses.len(), 7);
+
     // In words, without the push, at another rate and other gains.
     let text = done(&[&run[..7], &["--rate", "600", "--kp", "300", "--kd", "30", "--seconds", "0.05"]].concat());
     for word in ["built for", "0.050 s, 30 steps", "fell             no", "final state"] {
@@ -199,12 +216,16 @@ fn reconstruct_finds_a_control_that_replays_to_the_same_bits() {
     assert_eq!(found["meets"], true, "{found}");
     assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
     // One thread finds the same.
-    let again = done_json(&[&run[..], &["--threads", "1"]].concat());
+    let recorded = folder.path("out.clip.ron");
+    let again = done_json(&[&run[..], &["--threads", "1", "--record", &recorded]].concat());
     assert_eq!(found["fingerprint"], again["fingerprint"]);
 
     // Replayed twice, and after being read and written again.
-    let replay = done_json(&["simulate", "--control", &control, "--json"]);
+    let replayed = folder.path("replayed.clip.ron");
+    let replay = done_json(&["simulate", "--control", &control, "--json", "--record", &replayed]);
     assert_eq!(replay["fingerprint"], found["fingerprint"]);
+    let clips = [&recorded, &replayed].map(|path| bevy_athlete::asset::clip::MotionClip::load(path).unwrap());
+    assert!(clips[0].poses.len() == 7 && clips[0].poses == clips[1].poses);
     assert_eq!(replay["world"], "ice");
     assert_eq!(done_json(&["simulate", "--control", &control, "--json"])["fingerprint"], found["fingerprint"]);
     let copy = folder.path("copy.control.ron");
@@ -235,6 +256,7 @@ fn reconstruct_says_what_is_wrong() {
     refused(&[&run[..], &["--kp", "600"]].concat(), &["--kd"]);
     refused(&[&run[..], &["--kp", "nan", "--kd", "1"]].concat(), &["--kp NaN"]);
     refused(&[&run[..], &["--out", "/no/such/folder/out.ron"]].concat(), &["--out", "/no/such/folder"]);
+    refused(&[&run[..], &["--record", "/no/such/folder/x.clip.ron"]].concat(), &["--record", "/no/such/folder"]);
     // Nothing can follow a character that hangs 5 m above the ice.
     let high = folder.write("high.clip.ron", &standing("abdomen", 5.0, 9));
     let hang = ["reconstruct", "--character", "skater", "--clip", &high, "--samples", "4", "--keep", "1"];
@@ -257,6 +279,9 @@ fn simulate_says_what_is_wrong() {
     refused(&[&run[..], &["--push", "head:0,0:0:1"]].concat(), &["three components"]);
     refused(&[&run[..], &["--trace", "/no/such/folder/x"]].concat(), &["/no/such/folder/x"]);
     refused(&[&run[..], &["--storyboard", "/no/such/folder/x.png"]].concat(), &["/no/such/folder/x.png"]);
+    refused(&[&run[..], &["--record", "x.ron"]].concat(), &["--record x.ron", ".clip.ron"]);
+    refused(&[&run[..], &["--record", "x.clip.ron", "--record-rate", "0"]].concat(), &["--record-rate 0", "1 to 1000"]);
+    refused(&[&run[..], &["--record-rate", "60"]].concat(), &["--record"]);
     refused(&["simulate", "--character", "skater", "--motion", "none.bvh"], &["none.bvh"]);
     refused(&["simulate", "--character", "skater", "--motion", "x.png"], &["x.png", ".bvh"]);
     refused(&["simulate", "--control", "none.control.ron"], &["none.control.ron"]);
@@ -293,4 +318,25 @@ fn bench_prints_the_rows_a_machine_reads() {
     assert!(report["build"]["profile"].is_string());
     refused(&["bench", "--scene", "moon"], &["moon", "skater_stand"]);
     refused(&["bench", "--lanes", "3 x f16"], &["3 x f16", "8 x f32"]);
+}
+
+#[test]
+fn info_shows_a_policys_contract() {
+    let folder = Folder::new("policy");
+    let mut random = RandomStream::new(81, 0);
+    let layers = policy_support::network(&[20, 8, 51], Activation::Tanh, &mut random);
+    let contract = policy_support::contract_for(&layers, &mut random);
+    let file = folder.path("test.onnx");
+    save_policy(&file, &layers, &contract).unwrap();
+
+    let text = done(&["info", "--policy", &file, "--character", "skater"]);
+    for word in ["stroking", "30 actions/s", "600 simulation steps/s", "stroking.clip.ron", "phase", "hand_right"] {
+        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
+    }
+    let json = done_json(&["info", "--policy", &file, "--json"]);
+    assert_eq!(PolicyContract::from_json(&json["contract"].to_string()).unwrap(), contract);
+    refused(&["info", "--policy", &file, "--character", "runner"], &["made for the character `skater`"]);
+    refused(&["info", "--policy", &folder.write("text.onnx", "a text")], &["not an ONNX model"]);
+    refused(&["info", "--policy", &folder.path("none.onnx")], &["cannot be read"]);
+    refused(&["info"], &["--character"]);
 }

@@ -1,71 +1,30 @@
 //! Contract: same input, same bits.
 //!
 //! In debug and release, in any lane of a wide type, from a restored snapshot, on one thread and on two, and in a replay
-//! of a reconstructed control. Everything that is recorded, replayed, trained or sent over a network rests on it.
+//! of a reconstructed control. Everything that is recorded, replayed, trained or sent over a network rests on it. That a
+//! portable build and WASM give the same bits too is shown by `scripts/wasm_bits.sh`, on the same scenes.
 //!
 //! The fingerprints below are goldens: a change of the arithmetic changes them. That is allowed, if meant; print the new
 //! ones with `--nocapture` in both profiles, see that they agree, and write them here.
 
+#[cfg(feature = "train")]
 mod common;
+mod golden;
 
-use bevy_athlete::contact::World;
-use bevy_athlete::math::{F32x8, F64x4, Quat, RandomStream, Real};
-use bevy_athlete::model::{PRESET_NAMES, SharedModel, foot_human, preset, skater};
-use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use common::*;
-use glam::{DQuat, DVec3};
+use bevy_athlete::math::{F32x8, F64x4};
+use bevy_athlete::model::{PRESET_NAMES, preset};
+use bevy_athlete::sim::{Simulator, step};
+use golden::*;
 
 const SKATER_ON_ICE: u64 = 0x316b_e6a9_199c_f749;
 const FOOT_HUMAN_ON_GROUND: u64 = 0x0ccd_ce0f_836a_3247;
 
-fn new<R: Real>(model: &SharedModel) -> Simulator<R> {
-    Simulator::new(model.clone(), SimulationSettings::of(model))
-}
-
-/// Targets that sway at `k` steps: trunk and limbs, by rational numbers only, so that no library function has a say.
-fn sway<R: Real>(sim: &mut Simulator<R>, k: usize) {
-    // A triangle wave between -1 and 1 with a period of 800 steps.
-    let phase = (k % 800) as f64 / 400.0;
-    let wave = 1.0 - 2.0 * (phase - 1.0).abs();
-    for (i, command) in sim.commands.iter_mut().enumerate().skip(1) {
-        let s = 0.06 * wave * if i % 2 == 0 { 1.0 } else { -0.5 };
-        command.rotation = Quat::splat(DQuat::from_xyzw(s, 0.3 * s, 0.0, (1.0 - 1.09 * s * s).sqrt()));
-    }
-}
-
-/// A start that differs from lane to lane.
-fn start<R: Real>(sim: &mut Simulator<R>, lane: usize, n: usize) {
-    let mut random = RandomStream::new(77, n as u64);
-    let velocity = DVec3::new(random.range(-0.5, 0.5), random.range(-1.0, 0.3), random.range(-2.0, 0.5));
-    let spin = DVec3::new(random.range(-1.0, 1.0), random.range(-2.0, 2.0), random.range(-1.0, 1.0));
-    let still = vec![DVec3::ZERO; sim.model().links.len()];
-    let at = sim.state.root_position.lane(lane) + DVec3::Y * random.range(0.0, 0.05);
-    sim.state.root_position.set_lane(lane, at);
-    sim.state.set_velocity(lane, velocity, spin, &still);
-    sim.state_changed();
-}
-
-fn world_of(name: &str) -> World {
-    if name == "skater" { World::ice() } else { World::ground() }
-}
-
-fn run(model: &SharedModel, world: &World, seconds: f64) -> u64 {
-    let mut sim = new::<f64>(model);
-    start(&mut sim, 0, 0);
-    for k in 0..(seconds * model.step_rate) as usize {
-        sway(&mut sim, k);
-        step(&mut sim, world);
-    }
-    assert!(sim.is_sane(0) && sim.loaded_points(0) > 0);
-    sim.state.fingerprint(0)
-}
-
 #[test]
 fn fingerprints_of_two_runs() {
     let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
-    let skater = run(&skater(), &World::ice(), 2.0);
+    let skater = thrown::<f64>("skater", 2.0);
     println!("{profile}: skater on ice, 2 s: {skater:#018x}");
-    let human = run(&foot_human(), &World::ground(), 1.0);
+    let human = thrown::<f64>("foot_human", 1.0);
     println!("{profile}: foot human on ground, 1 s: {human:#018x}");
     assert_eq!(skater, SKATER_ON_ICE);
     assert_eq!(human, FOOT_HUMAN_ON_GROUND);
@@ -168,8 +127,13 @@ fn single_precision_is_near() {
 mod search {
     use super::*;
     use bevy_athlete::asset::clip::{MotionClip, Pose};
+    use bevy_athlete::contact::World;
     use bevy_athlete::control::ControlPlayer;
+    use bevy_athlete::math::Real;
+    use bevy_athlete::model::skater;
     use bevy_athlete::train::{ReconstructOptions, Reconstruction, reconstruct};
+    use common::pose;
+    use glam::{DQuat, DVec3};
 
     /// Four tenths of a second: arms up while gliding.
     fn clip() -> MotionClip {

@@ -1,9 +1,9 @@
 //! Contract: whatever comes in, nothing panics, and a lane that goes bad stays alone.
 //!
-//! 10,000 mutated inputs: controls, characters, motions and clips as text, and commands as numbers (NaN, infinities,
-//! huge, tiny, in targets, gains, torques, pushes, friction, states) to a running batch. What is accepted is used: models
-//! are built and stepped, clips sampled, controls played. The other lanes of a batch must keep the bits they have
-//! without the bad one, at every step.
+//! More than 10,000 mutated inputs: controls, characters, motions, clips, joint maps and key poses as text, and commands
+//! as numbers (NaN, infinities, huge, tiny, in targets, gains, torques, pushes, friction, states) to a running batch. What
+//! is accepted is used: models are built and stepped, clips sampled, controls played, motions imported by mutated maps.
+//! The other lanes of a batch must keep the bits they have without the bad one, at every step.
 //!
 //! Has caught: a control whose tick rate is far above its rate, or whose length is an hour at 20 kHz, asking for more
 //! memory than there is.
@@ -19,7 +19,9 @@ use bevy_athlete::contact::{Geometry, HeightField, Solid, Surface, World};
 use bevy_athlete::control::{ControlError, ControlPlayer, ReconstructedControl};
 use bevy_athlete::dynamics::State;
 use bevy_athlete::math::{F64x4, RandomStream, Real, Vec3};
-use bevy_athlete::model::{CharacterModel, PRESET_NAMES, SharedModel, import_bvh, preset, preset_source, skater};
+use bevy_athlete::model::{
+    CharacterModel, KeyPoses, PRESET_NAMES, SharedModel, import_bvh, preset, preset_source, skater,
+};
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
 use common::*;
 use glam::{DQuat, DVec3};
@@ -121,16 +123,50 @@ fn motions_and_clips() {
         let bvh = Bvh::parse(&mutate(TINY, &mut random)).ok().and_then(|b| import_bvh(&b, &map, &model).ok());
         let clip = MotionClip::from_ron(&mutate(&clip, &mut random)).ok();
         for (n, clip) in [bvh, clip].into_iter().enumerate() {
-            let Some(fitted) = clip.and_then(|c| c.to_model(&model).ok()) else { continue };
-            accepted[n] += 1;
-            for t in [-1.0, 0.0, 0.03, 1e300, f64::NAN] {
-                fitted.sample(t);
-                fitted.sample_velocity(t);
-            }
+            accepted[n] += usize::from(clip.is_some_and(|clip| sampled(&clip, &model)));
         }
     }
     println!("motions and clips: of {count} mutations each {accepted:?} accepted and sampled");
     assert!(accepted.iter().all(|n| *n > 20));
+}
+
+/// Whether a clip fits the model; if so it is sampled at times good and bad.
+fn sampled(clip: &MotionClip, model: &CharacterModel) -> bool {
+    let Ok(fitted) = clip.to_model(model) else { return false };
+    for t in [-1.0, 0.0, 0.03, 1e300, f64::NAN] {
+        fitted.sample(t);
+        fitted.sample_velocity(t);
+    }
+    true
+}
+
+#[test]
+fn joint_maps() {
+    let (tiny, bvh) = (tiny_model(), Bvh::parse(TINY).unwrap());
+    let mut random = RandomStream::new(20_190_106, 1);
+    let (mut accepted, mut imported, count) = (0, 0, 1500);
+    for _ in 0..count {
+        let Ok(map) = JointMap::from_ron(&mutate(TINY_MAP, &mut random)) else { continue };
+        accepted += 1;
+        imported += usize::from(import_bvh(&bvh, &map, &tiny).is_ok_and(|clip| sampled(&clip, &tiny)));
+    }
+    println!("joint maps: of {count} mutations {accepted} accepted, {imported} imported a motion that was sampled");
+    assert!(imported > 50 && accepted > imported);
+}
+
+#[test]
+fn key_poses() {
+    let model = skater();
+    let text = include_str!("../assets/skills/skating/stroking/stroking.keyposes.ron");
+    let mut random = RandomStream::new(20_190_107, 1);
+    let (mut accepted, mut fitted, count) = (0, 0, 1500);
+    for _ in 0..count {
+        let Ok(keys) = KeyPoses::from_ron(&mutate(text, &mut random), "mutated.keyposes.ron") else { continue };
+        accepted += 1;
+        fitted += usize::from(keys.to_clip(&model).is_ok_and(|clip| sampled(&clip, &model)));
+    }
+    println!("key poses: of {count} mutations {accepted} accepted, {fitted} became a clip that was sampled");
+    assert!(fitted > 100 && accepted > fitted);
 }
 
 /// Numbers that nobody should send.

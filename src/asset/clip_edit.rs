@@ -37,6 +37,16 @@ impl MotionClip {
         Ok(self.with_poses(intervals / duration, poses))
     }
 
+    /// The part of the clip from `from` to `to` (s), with the clip's frame rate as nearly as the length allows.
+    pub fn cut(&self, from: f64, to: f64) -> Result<Self, ClipError> {
+        let duration = self.duration();
+        self.check_option("start", from, (0.0..=duration).contains(&from), "a time within the clip")?;
+        self.check_option("end", to, from < to && to <= duration + 1e-6, "a time after the start, within the clip")?;
+        let intervals = ((to - from) * self.frame_rate).round().max(1.0);
+        let poses = (0..=intervals as usize).map(|k| self.sample(from + (to - from) * (k as f64 / intervals)));
+        Ok(self.with_poses(intervals / (to - from), poses.collect()))
+    }
+
     /// The clip `factor` times as long: 2 is half the speed.
     pub fn time_scaled(&self, factor: f64) -> Result<Self, ClipError> {
         self.check_option("time factor", factor, (1e-3..=1e3).contains(&factor), "0.001 to 1000")?;

@@ -1,14 +1,17 @@
-//! Files to validated data and back: characters, motion clips, BVH, joint maps.
+//! Files to validated data and back: characters, motion clips, BVH, joint maps, contracts of policies, robustness cards.
 
 pub mod bvh;
 mod bvh_parse;
+pub mod card;
 mod character;
 mod character_check;
 pub mod clip;
 mod clip_edit;
 mod clip_file;
+pub mod dense_layers;
 mod error;
 pub mod joint_map;
+pub mod policy_contract;
 pub(crate) mod turn;
 
 pub use character::{

@@ -16,6 +16,7 @@ mod info;
 mod input;
 mod perform;
 mod push;
+mod skills;
 mod timing;
 mod world_spec;
 
@@ -24,5 +25,6 @@ pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
 pub use push::Push;
+pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_skill, load_task};
 pub use timing::{BenchRow, LANE_NAMES, time_scene};
 pub use world_spec::WorldSpec;

@@ -1,13 +1,35 @@
-//! What tells the joints where to go: targets sampled from a clip, and open-loop controls.
+//! What tells the joints where to go: targets sampled from a clip, open-loop controls, trained policies (feature `policy`);
+//! and what joints did: recorded clips.
 
 mod drive;
 mod fall;
+mod joint_weights;
+mod motion_recorder;
 mod open_loop;
+#[cfg(feature = "policy")]
+mod policy;
+#[cfg(feature = "policy")]
+mod policy_error;
+#[cfg(feature = "policy")]
+mod policy_file;
+#[cfg(feature = "policy")]
+mod policy_graph;
 mod reference;
+pub mod tracking;
 
 pub use drive::{apply_initial_state, command_pose};
 pub use fall::{FALL_ANGLE, FALL_DEPTH, Fall, fallen};
+pub use joint_weights::joint_weights;
+pub use motion_recorder::MotionRecorder;
 pub use open_loop::{ControlError, ControlPlayer, Offset, ReconstructedControl};
 #[cfg(feature = "train")]
 pub(crate) use open_loop::{offset_rotation, window_blend};
+#[cfg(feature = "policy")]
+pub use policy::{GOLDEN_TOLERANCE, Policy};
+#[cfg(feature = "policy")]
+pub use policy_error::PolicyError;
+#[cfg(feature = "policy")]
+pub use policy_file::MAX_POLICY_BYTES;
+#[cfg(feature = "policy")]
+pub use policy_graph::OPERATORS;
 pub use reference::{Reference, ReferenceTick, TrackingError, tracking_error};

@@ -8,6 +8,7 @@ use bevy::asset::io::Reader;
 use bevy::asset::io::embedded::EmbeddedAssetRegistry;
 use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -38,66 +39,62 @@ impl From<ReconstructedControl> for ControlAsset {
     }
 }
 
-/// Loads `*.character.ron`.
-#[derive(Default, TypePath)]
-pub struct CharacterLoader;
+/// An asset that is made of one whole file.
+pub trait FileAsset: Asset + Sized {
+    /// What the name of such a file ends in, without the leading dot.
+    const ENDING: &'static str;
 
-impl AssetLoader for CharacterLoader {
-    type Asset = CharacterAsset;
-    type Settings = ();
-    type Error = LoadError;
+    /// Reads the content of a file. `file` is its path for messages.
+    fn parse(file: &str, bytes: &[u8]) -> Result<Self, LoadError>;
+}
 
-    async fn load(
-        &self,
-        reader: &mut dyn Reader,
-        _: &(),
-        context: &mut LoadContext<'_>,
-    ) -> Result<CharacterAsset, LoadError> {
-        let (file, bytes) = read(reader, context).await?;
-        let character = Character::parse(&file, &bytes)?;
+impl FileAsset for CharacterAsset {
+    const ENDING: &'static str = "character.ron";
+
+    fn parse(file: &str, bytes: &[u8]) -> Result<Self, LoadError> {
+        let character = Character::parse(file, bytes)?;
         let model = CharacterModel::build(&character).map_err(|e| LoadError::Character(e.into()))?;
-        Ok(CharacterAsset { model: Arc::new(model) })
-    }
-
-    fn extensions(&self) -> &[&str] {
-        &["character.ron"]
+        Ok(Self { model: Arc::new(model) })
     }
 }
 
-/// Loads `*.control.ron`.
-#[derive(Default, TypePath)]
-pub struct ControlLoader;
+impl FileAsset for ControlAsset {
+    const ENDING: &'static str = "control.ron";
 
-impl AssetLoader for ControlLoader {
-    type Asset = ControlAsset;
+    fn parse(file: &str, bytes: &[u8]) -> Result<Self, LoadError> {
+        // Bytes that are not text cannot be a control; the parser says where it stops making sense.
+        let text = String::from_utf8_lossy(bytes);
+        let control = ReconstructedControl::from_ron(&text, file);
+        Ok(control.map_err(|e| LoadError::Control { file: file.to_owned(), source: Box::new(e) })?.into())
+    }
+}
+
+/// Loads `*.character.ron` as [`CharacterAsset`] and `*.control.ron` as [`ControlAsset`].
+#[derive(TypePath)]
+pub struct FileLoader<A: FileAsset>(PhantomData<fn() -> A>);
+
+impl<A: FileAsset> Default for FileLoader<A> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<A: FileAsset> AssetLoader for FileLoader<A> {
+    type Asset = A;
     type Settings = ();
     type Error = LoadError;
 
-    async fn load(
-        &self,
-        reader: &mut dyn Reader,
-        _: &(),
-        context: &mut LoadContext<'_>,
-    ) -> Result<ControlAsset, LoadError> {
-        let (file, bytes) = read(reader, context).await?;
-        // Bytes that are not text cannot be a control; the parser says where it stops making sense.
-        let text = String::from_utf8_lossy(&bytes);
-        let control = ReconstructedControl::from_ron(&text, &file);
-        Ok(control.map_err(|source| LoadError::Control { file, source })?.into())
+    async fn load(&self, reader: &mut dyn Reader, _: &(), context: &mut LoadContext<'_>) -> Result<A, LoadError> {
+        let file = context.path().to_string();
+        let mut bytes = Vec::new();
+        match reader.read_to_end(&mut bytes).await {
+            Ok(_) => A::parse(&file, &bytes),
+            Err(source) => Err(LoadError::Read { file, source }),
+        }
     }
 
     fn extensions(&self) -> &[&str] {
-        &["control.ron"]
-    }
-}
-
-/// The path for messages, and all bytes.
-async fn read(reader: &mut dyn Reader, context: &LoadContext<'_>) -> Result<(String, Vec<u8>), LoadError> {
-    let file = context.path().to_string();
-    let mut bytes = Vec::new();
-    match reader.read_to_end(&mut bytes).await {
-        Ok(_) => Ok((file, bytes)),
-        Err(source) => Err(LoadError::Read { file, source }),
+        &[A::ENDING]
     }
 }
 
@@ -112,8 +109,8 @@ impl Plugin for AthleteAssetPlugin {
     fn build(&self, app: &mut App) {
         app.init_asset::<CharacterAsset>()
             .init_asset::<ControlAsset>()
-            .init_asset_loader::<CharacterLoader>()
-            .init_asset_loader::<ControlLoader>();
+            .init_asset_loader::<FileLoader<CharacterAsset>>()
+            .init_asset_loader::<FileLoader<ControlAsset>>();
         if let Some(embedded) = app.world().get_resource::<EmbeddedAssetRegistry>() {
             for (file, text) in PRESET_NAMES.iter().filter_map(|name| preset_source(name)) {
                 let path = Path::new("bevy_athlete").join(file);

@@ -72,7 +72,7 @@ mod rounded_box;
 #[cfg(feature = "render")]
 mod visuals;
 
-pub use assets::{AthleteAssetPlugin, CharacterAsset, CharacterLoader, ControlAsset, ControlLoader};
+pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, FileLoader};
 pub use body::{AthleteBody, BodyStatus};
 pub use components::{Athlete, AthleteController, AthleteSettings, AthleteTargets, AthleteWorld};
 pub use errors::{AthleteRefusal, LoadError, Refused};

@@ -7,8 +7,15 @@
 //!
 //! Poses become a clip by monotone cubic curves through the angles. The body travels along -Z at the file's speed; its
 //! height is such that the lowest contact point is on the ground, or given.
+//!
+//! With a curvature the root travels on a circle, and the heading turns with it: the pose's own root rotation and lateral
+//! place count from the heading. A negative speed travels backwards, facing the way it came from.
+//!
+//! With `mass_on_path` it is the centre of mass that travels, however the body turns above it; between take-off and
+//! landing, where poses are airborne, it also follows the parabola of free fall.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
+use crate::model::mass_path::{Flight, center_of_mass, turned};
 use crate::model::{CharacterModel, ModelPose};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -23,11 +30,19 @@ pub struct KeyPoses {
     pub name: String,
     /// Character whose links are named.
     pub character: String,
-    /// Speed along -Z, m/s.
+    /// Speed along -Z, m/s; negative travels backwards along +Z, facing -Z.
     pub speed: f64,
+    /// Turn of the heading for each metre travelled, 1/m: positive turns to the left, counter-clockwise seen from above,
+    /// forwards and backwards. So the centre of the circle is to the left of the direction of travel: forwards on the
+    /// athlete's left, backwards on its right. The heading starts along -Z.
+    #[serde(default)]
+    pub curvature: f64,
     /// Change of the speed, m/s^2: a coasting skater slows down.
     #[serde(default)]
     pub acceleration: f64,
+    /// If true, the centre of mass travels on the path instead of the root.
+    #[serde(default)]
+    pub mass_on_path: bool,
     /// Seconds from each pose to the next; the last one leads to the first of the next repetition.
     pub seconds: Vec<f64>,
     /// The poses.
@@ -43,6 +58,9 @@ pub struct KeyPoses {
     pub frame_rate: f64,
 }
 
+/// Longest motion, repetitions included, s.
+const MAX_SECONDS: f64 = 3600.0;
+
 fn one() -> usize {
     1
 }
@@ -54,13 +72,21 @@ fn thirty() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyPose {
-    /// Place of the root to the right of the path, m.
+    /// Place of the root, or with `mass_on_path` of the centre of mass, beside the path, m: to the right of the heading.
     #[serde(default)]
     pub lateral: f64,
-    /// Height of the root, m; by default the lowest sole is on the ground.
+    /// Height of the root, m; by default the lowest contact point is on the ground. Given in every pose or in none.
     #[serde(default)]
     pub height: Option<f64>,
-    /// Rotation vector of the root, degrees.
+    /// Turn about the vertical from the heading, degrees, to the left; beyond 360 it counts whole turns. Comes before
+    /// `root`.
+    #[serde(default)]
+    pub turn: f64,
+    /// In the air: from the pose before it to the next one that is not, the centre of mass falls freely. Needs
+    /// `mass_on_path`, no `height`, and poses on the ground before and after.
+    #[serde(default)]
+    pub airborne: bool,
+    /// Rotation vector of the root from the heading and the turn, degrees.
     #[serde(default)]
     pub root: (f64, f64, f64),
     /// Rotation vectors of the joints, degrees; joints that are not named are straight.
@@ -133,7 +159,7 @@ fn other_side(name: &str) -> String {
     }
 }
 
-/// One row of curves: lateral place, root rotation, then the joints; degrees and metres.
+/// One row of curves: lateral place, height and turn, root rotation, then the joints; degrees and metres.
 type Row = Vec<DVec3>;
 
 impl KeyPoses {
@@ -172,16 +198,48 @@ impl KeyPoses {
         if !(1.0..=240.0).contains(&self.frame_rate) {
             return bad("frame_rate".into(), self.frame_rate.to_string(), "1 to 240 poses per second");
         }
+        let sides = if self.mirrored { 2.0 } else { 1.0 };
+        let total = self.seconds.iter().sum::<f64>() * self.repeat as f64 * sides;
+        if total > MAX_SECONDS {
+            return bad("repeat".into(), format!("{total} s in all"), "at most 3600 s in all");
+        }
         if !(-30.0..=30.0).contains(&self.speed) {
             return bad("speed".into(), self.speed.to_string(), "-30 to 30 m/s");
         }
         if !(-30.0..=30.0).contains(&self.acceleration) {
             return bad("acceleration".into(), self.acceleration.to_string(), "-30 to 30 m/s^2");
         }
+        if !(-5.0..=5.0).contains(&self.curvature) {
+            return bad("curvature".into(), self.curvature.to_string(), "-5 to 5 1/m");
+        }
+        if self.mirrored && self.curvature != 0.0 {
+            return bad(
+                "curvature".into(),
+                self.curvature.to_string(),
+                "0 where `mirrored`: a mirror image turns back",
+            );
+        }
         for (i, pose) in self.poses.iter().enumerate() {
             let place = |what: &str| format!("pose {i}, {what}");
-            if !(-10.0..=10.0).contains(&pose.lateral) || pose.height.is_some_and(|h| !(0.0..=10.0).contains(&h)) {
-                return bad(place("root"), format!("{}, {:?}", pose.lateral, pose.height), "metres below 10");
+            if !(-10.0..=10.0).contains(&pose.lateral) {
+                return bad(place("lateral"), pose.lateral.to_string(), "-10 to 10 m");
+            }
+            match pose.height {
+                Some(height) if !(0.0..=10.0).contains(&height) => {
+                    return bad(place("height"), height.to_string(), "0 to 10 m");
+                }
+                None if self.poses.iter().any(|p| p.height.is_some()) => {
+                    return bad(place("height"), "none".into(), "a height in every pose, or in none");
+                }
+                _ => {}
+            }
+            if !(-10_000.0..=10_000.0).contains(&pose.turn) {
+                return bad(place("turn"), pose.turn.to_string(), "at most 10000 degrees");
+            }
+            let inner = i > 0 && i + 1 < self.poses.len();
+            if pose.airborne && !(self.mass_on_path && pose.height.is_none() && inner) {
+                let valid = "only with `mass_on_path`, without `height`, and not in the first or last pose";
+                return bad(place("airborne"), "true".into(), valid);
             }
             let root = std::iter::once(("root", &pose.root));
             for (name, angle) in root.chain(pose.joints.iter().map(|(n, a)| (n.as_str(), a))) {
@@ -198,6 +256,16 @@ impl KeyPoses {
         Ok(())
     }
 
+    /// Place on the path and heading (rad about +Y) at the time `t`, s: a circle, or the line -Z.
+    fn path(&self, t: f64) -> (DVec3, f64) {
+        let along = (self.speed + 0.5 * self.acceleration * t) * t;
+        let heading = self.curvature * along * self.speed.signum();
+        // The chord of an arc lies half way between the headings of its ends.
+        let half = 0.5 * heading;
+        let chord = if half.abs() < 1e-9 { along } else { along * half.sin() / half };
+        (DVec3::new(-chord * half.sin(), 0.0, -chord * half.cos()), heading)
+    }
+
     /// The clip of these poses for a character.
     pub fn to_clip(&self, model: &CharacterModel) -> Result<MotionClip, KeyPoseError> {
         self.check(model)?;
@@ -207,7 +275,8 @@ impl KeyPoses {
             let seen = |v: DVec3| if flip { mirror(v) } else { v };
             // A height of NaN stands for "on the ground" until the pose is known.
             let lateral = if flip { -pose.lateral } else { pose.lateral };
-            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), 0.0), seen(vector(&pose.root))];
+            let turn = if flip { -pose.turn } else { pose.turn };
+            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), turn), seen(vector(&pose.root))];
             row.extend(names.iter().map(|name| {
                 let from = if flip { other_side(name) } else { name.clone() };
                 pose.joints.get(&from).map_or(DVec3::ZERO, |a| seen(vector(a)))
@@ -215,6 +284,7 @@ impl KeyPoses {
             row
         };
         let mut rows = Vec::new();
+        let mut airborne = Vec::new();
         let mut times = vec![0.0];
         for _ in 0..self.repeat {
             for flip in [false, true] {
@@ -223,6 +293,7 @@ impl KeyPoses {
                 }
                 for (pose, seconds) in self.poses.iter().zip(&self.seconds) {
                     rows.push(row(pose, flip));
+                    airborne.push(pose.airborne);
                     times.push(times[times.len() - 1] + seconds);
                 }
             }
@@ -233,16 +304,15 @@ impl KeyPoses {
         rows.push(end);
 
         let duration = times[times.len() - 1];
-        let frames = (duration * self.frame_rate).floor() as usize + 1;
+        // Rounding of the sum of times must not cost the last frame.
+        let frames = (duration * self.frame_rate + 1e-6).floor() as usize + 1;
         let mut clip = MotionClip {
             name: self.name.clone(),
             frame_rate: self.frame_rate,
             joints: names,
             poses: Vec::with_capacity(frames),
         };
-        let mut places = Vec::new();
-        for frame in 0..frames {
-            let t = frame as f64 / self.frame_rate;
+        let pose_at = |t: f64| {
             let k = times.partition_point(|x| *x <= t).clamp(1, times.len() - 1) - 1;
             let s = ((t - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
             let around = |k: isize| {
@@ -258,12 +328,15 @@ impl KeyPoses {
                 DQuat::from_scaled_axis(v * (core::f64::consts::PI / 180.0))
             };
             let place = at(0);
+            let (path, heading) = self.path(t);
+            let heading = DQuat::from_rotation_y(heading);
             let mut pose = Pose {
-                root_position: DVec3::new(place.x, 0.0, -(self.speed + 0.5 * self.acceleration * t) * t),
-                root_rotation: turn(1),
+                root_position: path + heading * DVec3::new(place.x, 0.0, 0.0),
+                root_rotation: heading * turned(place.z) * turn(1),
                 joints: (2..b.len()).map(turn).collect(),
             };
             pose.root_position.y = if place.y.is_nan() {
+                let mut places = Vec::new();
                 let mut whole = ModelPose::zero(model);
                 whole.root_rotation = pose.root_rotation;
                 whole.joints[1..].copy_from_slice(&pose.joints);
@@ -276,9 +349,157 @@ impl KeyPoses {
             } else {
                 place.y
             };
+            if self.mass_on_path {
+                let aside = center_of_mass(model, &pose) - pose.root_position;
+                pose.root_position -= DVec3::new(aside.x, 0.0, aside.z);
+            }
+            pose
+        };
+        let mut flights = Vec::new();
+        for k in (1..airborne.len()).filter(|&k| airborne[k] && !airborne[k - 1]) {
+            let end = (k..airborne.len()).find(|&e| !airborne[e]).unwrap_or(k);
+            let seconds = (times[k - 1], times[end]);
+            let height = |t| center_of_mass(model, &pose_at(t)).y;
+            flights.push(Flight { seconds, heights: (height(seconds.0), height(seconds.1)) });
+        }
+        for frame in 0..frames {
+            let t = frame as f64 / self.frame_rate;
+            let mut pose = pose_at(t);
+            if let Some(height) = flights.iter().find_map(|f| f.height(t)) {
+                pose.root_position.y += height - center_of_mass(model, &pose).y;
+            }
             clip.poses.push(pose);
         }
         clip.validate()?;
         Ok(clip)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::preset;
+
+    fn circling(speed: f64, curvature: f64, lateral: f64) -> MotionClip {
+        let pose = KeyPose { lateral, root: (-10.0, 20.0, 5.0), ..KeyPose::default() };
+        let poses = KeyPoses {
+            name: "circle".into(),
+            character: "skater".into(),
+            speed,
+            acceleration: 0.0,
+            curvature,
+            mass_on_path: false,
+            seconds: vec![0.5, 0.5],
+            poses: vec![pose.clone(), pose],
+            mirrored: false,
+            repeat: 4,
+            frame_rate: 30.0,
+        };
+        poses.to_clip(&preset("skater").unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_curved_path_is_a_circle_around_its_centre() {
+        // Forwards the centre is on the left, backwards on the right; counter-clockwise both times. A place to the right
+        // of the heading is outside in the first case and inside in the second.
+        for (speed, centre, radius) in [(3.0, -4.0, 4.1), (-3.0, 4.0, 3.9)] {
+            let clip = circling(speed, 0.25, 0.1);
+            let centre = DVec3::new(centre, 0.0, 0.0);
+            let flat = |p: &Pose| DVec3::new(p.root_position.x, 0.0, p.root_position.z) - centre;
+            for pair in clip.poses.windows(2) {
+                let (a, b) = (flat(&pair[0]), flat(&pair[1]));
+                assert!((a.length() - radius).abs() < 1e-9, "{speed}: {} m", a.length());
+                let angle = a.cross(b).y.atan2(a.dot(b));
+                assert!((angle - 3.0 * 0.25 / 30.0).abs() < 1e-9, "{speed}: turns by {angle}");
+                // The body turns with the path.
+                let turn = pair[1].root_rotation * pair[0].root_rotation.conjugate();
+                assert!((turn.to_scaled_axis() - DVec3::Y * angle).length() < 1e-9);
+                // It faces along the path, or against it.
+                let own = DQuat::from_scaled_axis(DVec3::new(-10.0, 20.0, 5.0) * (core::f64::consts::PI / 180.0));
+                let facing = pair[0].root_rotation * own.conjugate() * DVec3::NEG_Z;
+                assert!((facing * speed.signum() - DVec3::Y.cross(a.normalize())).length() < 1e-9, "{facing}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slight_curvature_tends_to_the_straight_path() {
+        let (straight, bent) = (circling(2.0, 0.0, 0.1), circling(2.0, 1e-7, 0.1));
+        for (a, b) in straight.poses.iter().zip(&bent.poses) {
+            assert!((a.root_position - b.root_position).length() < 1e-5);
+            assert!((a.root_position.x - 0.1).abs() < 1e-12);
+        }
+        assert!((straight.poses[straight.poses.len() - 1].root_position.z + 8.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_curvature_that_cannot_be_is_refused() {
+        let text = |extra: &str| {
+            format!("(name: \"c\", character: \"skater\", speed: 3, {extra}, seconds: [0.5], poses: [()])")
+        };
+        for (extra, good) in [
+            ("curvature: 0.3", true),
+            ("curvature: 0.3, mirrored: true", false),
+            ("curvature: 7", false),
+            ("curvature: NaN", false),
+        ] {
+            let poses = KeyPoses::from_ron(&text(extra), "c.keyposes.ron").unwrap();
+            let clip = poses.to_clip(&preset("skater").unwrap());
+            assert_eq!(clip.is_ok(), good, "{extra}");
+            if let Err(error) = clip {
+                assert!(error.to_string().contains("curvature"), "{error}");
+            }
+        }
+    }
+
+    /// A jump with two turns and swinging arms; in the air from 0.3 to 0.75 s.
+    const JUMP: &str = r#"(
+        name: "jump", character: "skater", speed: 2, mass_on_path: true, frame_rate: 120,
+        seconds: [0.3, 0.15, 0.15, 0.15, 0.3],
+        poses: [
+            (joints: {"thigh_left": (60, 0, 0), "shin_left": (-90, 0, 0)}),
+            (turn: 90, joints: {"bicep_left": (0, 0, -90)}),
+            (turn: 330, airborne: true, lateral: 0.05, joints: {"bicep_left": (60, 0, 0)}),
+            (turn: 570, airborne: true, lateral: 0.1, joints: {"thigh_right": (30, 0, 0)}),
+            (turn: 810, lateral: 0.15),
+        ],
+    )"#;
+
+    #[test]
+    fn in_the_air_the_centre_of_mass_falls_freely_and_the_root_turns_on() {
+        let model = preset("skater").unwrap();
+        let clip = KeyPoses::from_ron(JUMP, "jump").unwrap().to_clip(&model).unwrap();
+        let mass: Vec<DVec3> = clip.poses.iter().map(|p| center_of_mass(&model, p)).collect();
+        let step = 1.0 / 120.0;
+        for (k, m) in mass.iter().enumerate() {
+            assert!((m.z + 2.0 * k as f64 * step).abs() < 1e-9, "frame {k}: {}", m.z);
+        }
+        for k in 37..89 {
+            let acceleration = (mass[k + 1] - 2.0 * mass[k] + mass[k - 1]).y / (step * step);
+            assert!((acceleration + 9.81).abs() < 1e-6, "frame {k}: {acceleration} m/s^2");
+        }
+        let mut turned = 0.0;
+        for pair in clip.poses.windows(2) {
+            let by = (pair[1].root_rotation * pair[0].root_rotation.conjugate()).to_scaled_axis();
+            assert!(by.x.abs() + by.z.abs() < 1e-9);
+            turned += by.y;
+        }
+        assert!((turned.to_degrees() - 810.0).abs() < 1e-6, "{} degrees", turned.to_degrees());
+    }
+
+    #[test]
+    fn flights_that_have_no_ground_are_refused() {
+        let model = preset("skater").unwrap();
+        for (from, to) in [
+            ("mass_on_path: true, ", ""),
+            ("(turn: 810", "(airborne: true, turn: 810"),
+            ("airborne: true, lateral: 0.05", "airborne: true, height: 1"),
+            ("turn: 330", "turn: 1e6"),
+        ] {
+            let text = JUMP.replacen(from, to, 1);
+            assert_ne!(text, JUMP);
+            let error = KeyPoses::from_ron(&text, "jump").unwrap().to_clip(&model).unwrap_err();
+            assert!(matches!(error, KeyPoseError::Value { .. }), "{error}");
+        }
     }
 }

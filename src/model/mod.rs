@@ -4,6 +4,7 @@ mod build;
 mod character_model;
 mod key_poses;
 mod mass;
+mod mass_path;
 mod mjcf;
 mod model_clip;
 mod overlap;

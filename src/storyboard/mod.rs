@@ -21,6 +21,7 @@
 //! | `cell` | one figure: ground, shadow, ghost, figure, contact dots, labels |
 //! | `path_band` | the way of the centre of mass from above |
 //! | `font` | stroked digits and letters |
+//! | `plot` | training curves |
 //! | `sheet` | lays cells and band out and encodes the picture |
 
 mod camera;
@@ -29,8 +30,10 @@ mod font;
 mod frame;
 mod mesh;
 mod path_band;
+mod plot;
 mod raster;
 mod sheet;
 
 pub use frame::{Follow, Ground, Heading, StoryboardError, StoryboardFrame, StoryboardOptions, TouchPoint};
+pub use plot::{Chart, Curve, charts_png};
 pub use sheet::Storyboard;

@@ -12,13 +12,14 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::contact::World;
 use crate::control::{
-    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, apply_initial_state, fallen, tracking_error,
+    ControlError, ControlPlayer, Offset, ReconstructedControl, Reference, apply_initial_state, fallen, joint_weights,
+    tracking_error,
 };
 use crate::dynamics::State;
 use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
 use crate::model::{CharacterModel, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links, joint_weights};
+use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links};
 use glam::{DQuat, DVec3};
 
 /// How to search.
@@ -56,7 +57,7 @@ pub struct ReconstructOptions {
 /// Gains of the second attempt (kp N m/rad, kd N m s/rad): those of the skating paper's jump (Yu, Park, Lee 2019).
 pub const STIFF_GAINS: (f64, f64) = (2000.0, 60.0);
 
-/// How closely a simulation has to follow its clip.
+/// How closely a simulation has to follow its clip, without a fall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Largest distance of the root, m.
@@ -73,10 +74,18 @@ impl Default for Tolerance {
 }
 
 impl Tolerance {
-    /// How far a result is from the limits: at most one where it is within all of them.
-    fn excess(&self, report: &ReconstructionReport) -> f64 {
-        let fall = if report.fell_at.is_some() { 100.0 } else { 0.0 };
-        fall + (report.worst_root / self.worst_root).max(report.mean_joint / self.mean_joint)
+    /// How far a result is from the limits: at most one where it is within all of them. Largest distance of the root in
+    /// m, mean joint error in rad.
+    pub fn excess(&self, fell: bool, worst_root: f64, mean_joint: f64) -> f64 {
+        let fall = if fell { 100.0 } else { 0.0 };
+        fall + (worst_root / self.worst_root).max(mean_joint / self.mean_joint)
+    }
+}
+
+impl std::fmt::Display for Tolerance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let degrees = self.mean_joint.to_degrees();
+        write!(f, "no fall, root within {:.2} m, joints within {degrees:.1} degrees", self.worst_root)
     }
 }
 
@@ -386,8 +395,11 @@ pub fn reconstruct(
             search_once(model, world, world_name, clip, &varied, |news| progress(Progress { attempt, ..news }));
         match search {
             Ok(found) => {
-                let excess = options.tolerance.excess(&found.report);
-                if best.as_ref().is_none_or(|b| excess < options.tolerance.excess(&b.report)) {
+                let of = |r: &ReconstructionReport| {
+                    options.tolerance.excess(r.fell_at.is_some(), r.worst_root, r.mean_joint)
+                };
+                let excess = of(&found.report);
+                if best.as_ref().is_none_or(|b| excess < of(&b.report)) {
                     best = Some(found);
                 }
                 if excess <= 1.0 {

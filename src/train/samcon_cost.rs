@@ -72,18 +72,6 @@ pub(crate) fn end_links(model: &CharacterModel) -> Vec<usize> {
     (1..model.links.len()).filter(|&i| !model.links.iter().any(|l| l.parent == Some(i))).collect()
 }
 
-/// How much each joint counts: by the mass it carries, gently.
-pub(crate) fn joint_weights(model: &CharacterModel) -> Vec<f64> {
-    let mut carried: Vec<f64> = model.links.iter().map(|l| l.mass).collect();
-    for i in (1..model.links.len()).rev() {
-        if let Some(p) = model.links[i].parent {
-            carried[p] += carried[i];
-        }
-    }
-    let total = carried[0];
-    carried.iter().map(|m| (m / total).sqrt().sqrt()).collect()
-}
-
 impl CostTarget {
     pub fn new(model: &CharacterModel, ends: &[usize], tick: &ReferenceTick) -> Self {
         let mut state = State::<f64>::at_rest(model);

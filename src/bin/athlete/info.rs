@@ -1,16 +1,21 @@
-//! `athlete info`: a character in numbers.
+//! `athlete info`: a character in numbers, or what a policy file says about itself.
 
+use crate::info_policy;
 use crate::output::{Outcome, say, say_json};
 use bevy_athlete::cli::{CharacterTable, character_table, load_character};
 use clap::Args;
 use std::fmt::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, Args)]
 pub struct Info {
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
-    #[arg(long)]
-    character: String,
+    #[arg(long, required_unless_present = "policy")]
+    character: Option<String>,
+    /// A policy (.onnx): show its contract, and with --character check that it fits
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -18,7 +23,11 @@ pub struct Info {
 
 impl Info {
     pub fn run(&self) -> Outcome {
-        let table = character_table(&*load_character(&self.character)?);
+        let name = self.character.as_deref();
+        if let Some(file) = &self.policy {
+            return info_policy::run(file, name, self.json);
+        }
+        let table = character_table(&*load_character(name.unwrap_or_default())?);
         if self.json {
             say_json(&table)?
         } else {

@@ -1,11 +1,15 @@
 //! `athlete`: simulation, reconstruction, export and timing of bevy_athlete's characters, without a window.
 
 mod bench;
+mod evaluate;
 mod export_mjcf;
 mod info;
+mod info_policy;
 mod output;
 mod reconstruct;
+mod record;
 mod simulate;
+mod train;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -29,8 +33,12 @@ enum Command {
     Reconstruct(reconstruct::Reconstruct),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
     ExportMjcf(export_mjcf::ExportMjcf),
-    /// Show links, masses, joints and contact points of a character
+    /// Show links, masses, joints and contact points of a character, or the contract of a policy
     Info(info::Info),
+    /// Learn a policy for a skill or a motion
+    Train(train::Train),
+    /// Try a policy on fresh random trials
+    Evaluate(evaluate::Evaluate),
     /// Time the simulation in the shared scenes
     Bench(bench::Bench),
 }
@@ -41,6 +49,8 @@ fn main() -> ExitCode {
         Command::Reconstruct(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
+        Command::Train(command) => command.run(),
+        Command::Evaluate(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
     result.unwrap_or_else(|failure| {

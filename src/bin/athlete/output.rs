@@ -1,8 +1,10 @@
 //! What all commands say, and how.
 
+use bevy_athlete::cli::PerformanceReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// The end of a command: its exit code, or what went wrong in one line.
@@ -35,4 +37,33 @@ pub fn bar(length: u64, what: &str) -> ProgressBar {
     }
     bar.set_prefix(what.to_owned());
     bar
+}
+
+/// What was measured, in words, and the files that were written.
+pub fn say_report(report: &PerformanceReport, written: &[(&str, &Option<PathBuf>)]) -> Result<(), Box<dyn Error>> {
+    say(&format!("simulated        {:.3} s, {} steps", report.seconds, report.steps))?;
+    match (report.fell_at, report.fall) {
+        (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
+        _ => say("fell             no")?,
+    }
+    say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
+    say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
+    say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
+    say(&format!("time of a step   {:.2} us", report.us_per_step))?;
+    say(&format!("final state      {}", report.fingerprint))?;
+    for (what, path) in written {
+        if let Some(path) = path {
+            say(&format!("{what:<16} {}", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// What was measured, as JSON on one line, with the entries of the object `rest`.
+pub fn say_report_json(report: &PerformanceReport, rest: serde_json::Value) -> Result<(), Box<dyn Error>> {
+    let mut value = serde_json::to_value(report)?;
+    if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
+        value.extend(rest);
+    }
+    say_json(&value)
 }

@@ -1,10 +1,9 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
-use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
+use crate::record::{Record, check_place};
 use crate::simulate::draw;
-use bevy_athlete::cli::{
-    FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, load_character, load_motion, perform,
-};
+use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, WorldSpec, load_character, load_motion, perform};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructOptions, reconstruct};
 use clap::Args;
@@ -13,10 +12,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Largest distance of the root that meets what is asked, m.
-const WORST_ROOT: f64 = 0.3;
-/// Mean joint error that meets what is asked, degrees.
-const MEAN_JOINT: f64 = 15.0;
 /// Exit code of a control that was written but follows worse than that.
 const FOLLOWS_BADLY: u8 = 3;
 /// Over how long the ends of a cycle are blended, s.
@@ -27,7 +22,7 @@ pub struct Reconstruct {
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
     #[arg(long)]
     character: String,
-    /// Motion to follow: a .bvh or .clip.ron file
+    /// Motion to follow: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long)]
     clip: PathBuf,
     /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default ice for a character with blades, else ground
@@ -66,6 +61,8 @@ pub struct Reconstruct {
     /// Threads; by default one for each core
     #[arg(long)]
     threads: Option<usize>,
+    #[command(flatten)]
+    record: Record,
     /// Write a storyboard (PNG) of the result
     #[arg(long)]
     storyboard: Option<PathBuf>,
@@ -99,11 +96,9 @@ impl Reconstruct {
         }
         // A place that cannot be written is better found before the search than after it.
         if let Some(path) = &self.out {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-            if folder.is_some_and(|p| !p.is_dir()) || path.is_dir() {
-                return Err(format!("--out {}: valid is a file in an existing folder", path.display()).into());
-            }
+            check_place("--out", path)?;
         }
+        let mut recorder = self.record.recorder(clip.duration())?;
         let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
         let options = ReconstructOptions {
             samples: self.samples,
@@ -155,68 +150,45 @@ impl Reconstruct {
         };
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(script.seconds(), true));
         let report = perform(&model, &world.world(), &script, &replay, |sim, reference| {
+            if let Some(recorder) = &mut recorder {
+                recorder.look(sim);
+            }
             if let Some(frames) = &mut frames {
                 frames.look(sim, reference);
             }
             Ok(())
         })?;
+        self.record.save(recorder, &model)?;
         if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
             draw(path, &model, frames, world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
         }
 
-        let meets = report.fell_at.is_none() && report.worst_root_m <= WORST_ROOT && report.mean_joint_deg < MEAN_JOINT;
+        let asked = options.tolerance;
+        let excess = asked.excess(report.fell_at.is_some(), report.worst_root_m, report.mean_joint_deg.to_radians());
+        let meets = excess <= 1.0;
         let backtracks = found.report.backtracks;
         if self.json {
-            let mut value = serde_json::to_value(&report)?;
             let rest = json!({
                 "build": build, "character": model.name, "world": world.to_string(), "clip": clip.name,
                 "taken_s": taken, "backtracks": backtracks, "meets": meets, "seed": self.seed,
                 "samples": self.samples, "keep": self.keep, "threads": options.threads,
-                "out": self.out, "storyboard": self.storyboard,
+                "out": self.out, "record": self.record.path(), "storyboard": self.storyboard,
             });
-            if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
-                value.extend(rest);
-            }
-            say_json(&value)?;
+            say_report_json(&report, rest)?;
         } else {
-            self.print(&report, taken, backtracks)?;
+            say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
+            let written = [("control", &self.out), ("record", self.record.path()), ("storyboard", &self.storyboard)];
+            say_report(&report, &written)?;
+            if meets {
+                say(&format!("meets            {asked}"))?;
+            }
         }
         if meets {
-            if !self.json {
-                say(&format!(
-                    "meets            no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees"
-                ))?;
-            }
             return Ok(ExitCode::SUCCESS);
         }
         complain(&format!(
-            "warning: follows worse than asked (no fall, root within {WORST_ROOT} m, joints within {MEAN_JOINT} degrees); \
-             more --samples, another --seed or --deviation may help"
+            "warning: follows worse than asked ({asked}); more --samples, another --seed or --deviation may help"
         ));
         Ok(ExitCode::from(FOLLOWS_BADLY))
-    }
-
-    fn print(
-        &self,
-        report: &PerformanceReport,
-        taken: f64,
-        backtracks: usize,
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        say(&format!("search           {taken:.1} s, went back {backtracks} times"))?;
-        say(&format!("motion           {:.3} s", report.seconds))?;
-        match (report.fell_at, report.fall) {
-            (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
-            _ => say("fell             no")?,
-        }
-        say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
-        say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
-        say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
-        say(&format!("final state      {}", report.fingerprint))?;
-        for (what, path) in [("control", &self.out), ("storyboard", &self.storyboard)] {
-            if let Some(path) = path {
-                say(&format!("{what:<16} {}", path.display()))?;
-            }
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! `athlete simulate`: a motion or a control, headless.
 
-use crate::output::{Outcome, bar, complain, say, say_json};
+use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
+use crate::record::Record;
 use bevy_athlete::cli::{
     FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character, load_motion, perform,
 };
@@ -27,7 +28,7 @@ pub struct Simulate {
     /// blades and ground for others
     #[arg(long)]
     world: Option<WorldSpec>,
-    /// Motion to follow by plain stable PD: a .bvh or .clip.ron file
+    /// Motion to follow by plain stable PD: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long, group = "script")]
     motion: Option<PathBuf>,
     /// Control to replay: a .control.ron file
@@ -57,6 +58,8 @@ pub struct Simulate {
     /// Write a trace (JSON lines, one a step)
     #[arg(long)]
     trace: Option<PathBuf>,
+    #[command(flatten)]
+    record: Record,
     /// Write a storyboard (PNG): figures at even times, the reference as a ghost, contacts as dots
     #[arg(long)]
     storyboard: Option<PathBuf>,
@@ -87,6 +90,7 @@ impl Simulate {
 
         let seconds = self.seconds.unwrap_or(script.seconds());
         let mut trace = None;
+        let mut recorder = self.record.recorder(seconds)?;
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(seconds, true));
         let bar = bar((seconds * settings.rate).max(0.0) as u64, "simulate");
         let (mut started, mut steps) = (false, 0_u64);
@@ -102,6 +106,9 @@ impl Simulate {
                     trace = Some(TraceWriter::new(BufWriter::new(file), sim, 0).map_err(|e| failed(path, e))?);
                 }
             }
+            if let Some(recorder) = &mut recorder {
+                recorder.look(sim);
+            }
             if let Some(frames) = &mut frames {
                 frames.look(sim, reference);
             }
@@ -116,6 +123,7 @@ impl Simulate {
         if let (Some(writer), Some(path)) = (trace, &self.trace) {
             writer.finish().map_err(|error| format!("cannot write {}: {error}", path.display()))?;
         }
+        self.record.save(recorder, &model)?;
         if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
             let title = format!("{}, {}", model.name, script.clip().name);
             draw(path, &model, frames, world, &title, &report)?;
@@ -155,7 +163,6 @@ impl Simulate {
         build: BuildInfo,
     ) -> Result<(), Box<dyn Error>> {
         if self.json {
-            let mut value = serde_json::to_value(report)?;
             let rest = json!({
                 "build": build,
                 "character": model.name,
@@ -165,33 +172,18 @@ impl Simulate {
                 "clip": script.clip().name,
                 "rate": options.settings.rate,
                 "trace": self.trace,
+                "record": self.record.path(),
                 "storyboard": self.storyboard,
             });
-            if let (Some(value), serde_json::Value::Object(rest)) = (value.as_object_mut(), rest) {
-                value.extend(rest);
-            }
-            return say_json(&value);
+            return say_report_json(report, rest);
         }
         let how = match script {
             Script::Motion(_) => "plain stable PD on",
             Script::Control(_) => "control for",
         };
         say(&format!("{} on {world}, {how} {}, {} steps/s", model.name, script.clip().name, options.settings.rate))?;
-        say(&format!("simulated        {:.3} s, {} steps", report.seconds, report.steps))?;
-        match (report.fell_at, report.fall) {
-            (Some(time), Some(fall)) => say(&format!("fell             at {time:.3} s ({fall})"))?,
-            _ => say("fell             no")?,
-        }
-        say(&format!("root error       {:.3} m at worst", report.worst_root_m))?;
-        say(&format!("joint error      {:.2} degrees on average", report.mean_joint_deg))?;
-        say(&format!("longest flight   {:.3} s", report.longest_flight_s))?;
-        say(&format!("time of a step   {:.2} us", report.us_per_step))?;
-        say(&format!("final state      {}", report.fingerprint))?;
-        for (what, path) in [("trace", &self.trace), ("storyboard", &self.storyboard)] {
-            if let Some(path) = path {
-                say(&format!("{what:<16} {}", path.display()))?;
-            }
-        }
+        let written = [("trace", &self.trace), ("record", self.record.path()), ("storyboard", &self.storyboard)];
+        say_report(report, &written)?;
         if world == WorldSpec::Empty && report.fell_at.is_some() {
             complain("note: the world is empty, so everything falls");
         }

@@ -31,6 +31,11 @@ impl Adam {
         Self { beta1: 0.9, beta2: 0.999, epsilon: 1e-5, m: zero.clone(), v: zero, t: 0 }
     }
 
+    /// Number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.m.len().min(self.v.len())
+    }
+
     /// Steps made.
     pub fn steps(&self) -> u64 {
         self.t

@@ -1,0 +1,282 @@
+//! `athlete train`: from a skill or a motion to a policy.
+
+use crate::output::{Outcome, bar, say};
+use bevy_athlete::cli::{find_skill, load_task};
+use bevy_athlete::sim::BuildInfo;
+use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::storyboard::{Chart, Curve, charts_png};
+use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, trained_policy_bytes};
+use clap::Args;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Steps per second of training where nothing else is asked.
+const CLIP_RATE: f64 = 600.0;
+
+/// Learn a policy. Progress and checkpoints go to the folder --out; the last line printed gives the measured survival
+/// and the reward per step.
+#[derive(Debug, Args)]
+pub struct Train {
+    /// A skill: its name below assets/skills, or the path of a .skill.ron file
+    #[arg(required_unless_present = "clip", conflicts_with = "clip")]
+    skill: Option<String>,
+    /// Imitate this motion (.bvh, .clip.ron, .keyposes.ron) instead of a skill
+    #[arg(long, requires = "character")]
+    clip: Option<PathBuf>,
+    /// Character for --clip: a preset's name or a .character.ron file
+    #[arg(long, requires = "clip")]
+    character: Option<String>,
+    /// World for --clip: ice or ground
+    #[arg(long, default_value = "ice", requires = "clip")]
+    world: String,
+    /// Joint map for a .bvh file
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// Servo gains KP,KD for --clip instead of the character's
+    #[arg(long, requires = "clip")]
+    gains: Option<String>,
+    /// Simulation steps per second in training
+    #[arg(long)]
+    rate: Option<f64>,
+    /// Stop after so many minutes
+    #[arg(long, default_value_t = 20.0)]
+    minutes: f64,
+    /// Stop after so many iterations
+    #[arg(long)]
+    iterations: Option<usize>,
+    /// Stop as soon as a measured survival reaches this, in percent
+    #[arg(long)]
+    until: Option<f64>,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; by default one for each core
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Hidden layers, such as 128,128,128
+    #[arg(long)]
+    hidden: Option<String>,
+    /// Passes over each iteration's experience
+    #[arg(long)]
+    epochs: Option<usize>,
+    /// Iterations between measurements
+    #[arg(long)]
+    evaluate_every: Option<usize>,
+    /// Standard deviation of the exploration at the start and in the end, in units of the action
+    #[arg(long)]
+    sigma: Option<String>,
+    /// Folder of the results; by default runs/NAME
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Go on from the checkpoint in --out
+    #[arg(long)]
+    resume: bool,
+}
+
+fn pair(text: &str, option: &str) -> Result<(f64, f64), String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
+    match numbers[..] {
+        [a, b] if a.is_finite() && b.is_finite() => Ok((a, b)),
+        _ => Err(format!("{option} `{text}`: valid is two numbers, such as 600,49")),
+    }
+}
+
+impl Train {
+    fn definition(&self) -> Result<SkillDefinition, Box<dyn std::error::Error>> {
+        let mut skill = match (&self.skill, &self.clip, &self.character) {
+            (Some(name), _, _) => SkillDefinition::load(find_skill(name)?)?,
+            (None, Some(clip), Some(character)) => {
+                let stem = clip.file_name().map_or("clip".into(), |s| s.to_string_lossy().into_owned());
+                let name = stem.split('.').next().unwrap_or("clip").to_owned();
+                let mut skill = SkillDefinition::imitate(&name, character, clip);
+                skill.world.clone_from(&self.world);
+                skill.training_rate = Some(CLIP_RATE);
+                skill.episode.seconds = 600.0;
+                // A clip alone says nothing of what may go wrong: small errors only.
+                skill.episode.friction = None;
+                skill.episode.joint_noise = 0.02;
+                skill.episode.velocity_noise = 0.02;
+                if let Some(text) = &self.gains {
+                    skill.gains = Some(pair(text, "--gains")?);
+                }
+                skill
+            }
+            _ => return Err("give a skill, or --clip and --character".into()),
+        };
+        if self.rate.is_some() {
+            skill.training_rate = self.rate;
+        }
+        Ok(skill)
+    }
+
+    fn options(&self) -> Result<TrainOptions, Box<dyn std::error::Error>> {
+        let mut options = TrainOptions { seed: self.seed, ..TrainOptions::default() };
+        if let Some(threads) = self.threads {
+            options.threads = threads;
+        }
+        if let Some(epochs) = self.epochs {
+            options.epochs = epochs;
+        }
+        if let Some(every) = self.evaluate_every {
+            options.evaluate_every = every;
+        }
+        if let Some(text) = &self.sigma {
+            let (first, last) = pair(text, "--sigma")?;
+            options.sigma = (first as f32, last as f32);
+        }
+        if let Some(text) = &self.hidden {
+            let sizes: Result<Vec<usize>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+            options.hidden =
+                sizes.map_err(|_| format!("--hidden `{text}`: valid is whole numbers, such as 128,128"))?;
+        }
+        Ok(options)
+    }
+
+    pub fn run(&self) -> Outcome {
+        if !(self.minutes > 0.0 && self.minutes <= 1e5) {
+            return Err(format!("--minutes {}: valid is more than 0, up to 100000", self.minutes).into());
+        }
+        let skill = self.definition()?;
+        let task = load_task(&skill, self.map.as_deref())?;
+        let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
+        std::fs::create_dir_all(&out).map_err(|e| format!("--out {}: {e}", out.display()))?;
+        let checkpoint = out.join("checkpoint.json");
+        let mut trainer = if self.resume {
+            let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
+            Trainer::resume(task, &text)?
+        } else {
+            Trainer::new(task, self.options()?)?
+        };
+        let motion = &trainer.task().motion;
+        say(&BuildInfo::current().to_string())?;
+        say(&format!(
+            "{} learns {}: {:.2} s{}, {} numbers seen, {} told, results in {}",
+            skill.character,
+            skill.name,
+            motion.duration(),
+            if motion.cycle().is_some() { " a cycle" } else { "" },
+            trainer.task().layout.size(),
+            trainer.task().action_size(),
+            out.display()
+        ))?;
+
+        let limit = Duration::from_secs_f64(self.minutes * 60.0);
+        let began = Instant::now();
+        let bar = bar(limit.as_secs(), "train");
+        let mut saved = Instant::now();
+        loop {
+            let news = trainer.iterate();
+            bar.set_position(began.elapsed().as_secs().min(limit.as_secs()));
+            bar.set_message(line(&news));
+            if let Some((survival, reward)) = news.evaluation {
+                let text = format!(
+                    "{:>7.1} s {:>9} samples {:>6.0}/s  survival {:>5.1} %  reward {reward:.3}  (exploring: reward {:.3}, {:.2} s)",
+                    news.seconds,
+                    news.samples,
+                    news.samples as f64 / news.seconds.max(1e-9),
+                    100.0 * survival,
+                    news.reward,
+                    news.length
+                );
+                bar.suspend(|| say(&text))?;
+            }
+            let reached = self.until.is_some_and(|p| news.evaluation.is_some_and(|(s, _)| 100.0 * s >= p));
+            let done =
+                reached || began.elapsed() >= limit || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
+            if done || saved.elapsed() > Duration::from_secs(30) {
+                save(&out, &trainer)?;
+                saved = Instant::now();
+            }
+            if done {
+                break;
+            }
+        }
+        bar.finish_and_clear();
+        let parts = trainer.curve().iter().fold([0.0; 3], |s, i| core::array::from_fn(|k| s[k] + i.parts[k]));
+        let all: f64 = parts.iter().sum();
+        say(&format!(
+            "time: simulation {:.0} %, inference {:.0} %, learning {:.0} %",
+            100.0 * parts[0] / all,
+            100.0 * parts[1] / all,
+            100.0 * parts[2] / all
+        ))?;
+        let (survival, reward) = trainer.best().map_or((0.0, 0.0), |b| b.evaluation);
+        say(&format!("survival {:.1} % reward {reward:.3}", 100.0 * survival))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn line(news: &Iteration) -> String {
+    format!(
+        "{:.0} samples/s, reward {:.3}, trials of {:.2} s, {:.0} % fail",
+        news.samples as f64 / news.seconds.max(1e-9),
+        news.reward,
+        news.length,
+        100.0 * news.failed
+    )
+}
+
+/// Writes a file whole or not at all.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+    let part = path.with_extension("part");
+    std::fs::write(&part, bytes)
+        .and_then(|()| std::fs::rename(&part, path))
+        .map_err(|e| format!("{}: {e}", path.display()).into())
+}
+
+/// Checkpoint, curve as CSV and PNG, and the best policy.
+fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>> {
+    write_whole(&out.join("checkpoint.json"), trainer.checkpoint().as_bytes())?;
+    let best = trainer.best().cloned().unwrap_or_else(|| trainer.present());
+    let motion = format!("{}.clip.ron", trainer.task().skill.name);
+    let clip = out.join(&motion);
+    if !clip.is_file() {
+        trainer.task().clip.save(&clip)?;
+    }
+    write_whole(&out.join("policy.onnx"), &trained_policy_bytes(trainer.task(), &best, &motion)?)?;
+
+    let mut csv = String::from(
+        "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
+    );
+    for i in trainer.curve() {
+        let (survival, reward) =
+            i.evaluation.map_or((String::new(), String::new()), |(s, r)| (s.to_string(), r.to_string()));
+        let [a, b, c] = i.parts;
+        let _ = writeln!(
+            csv,
+            "{},{},{:.3},{:.5},{:.4},{:.4},{:.5},{:.3e},{:.4},{:.6},{survival},{reward},{a:.4},{b:.4},{c:.4}",
+            i.number, i.samples, i.seconds, i.reward, i.length, i.failed, i.divergence, i.rate, i.sigma, i.critic_loss
+        );
+    }
+    write_whole(&out.join("curve.csv"), csv.as_bytes())?;
+
+    let curve = |name: &str, y: &dyn Fn(&Iteration) -> f64| Curve {
+        name: name.into(),
+        points: trainer.curve().iter().map(|i| (i.seconds, y(i))).collect(),
+    };
+    let measured = |i: &Iteration, k: usize| i.evaluation.map_or(f64::NAN, |(s, r)| if k == 0 { s } else { r });
+    let charts = [
+        Chart {
+            title: trainer.task().skill.name.clone(),
+            x_label: "seconds".into(),
+            low: 0.0,
+            high: 1.0,
+            curves: vec![
+                curve("reward", &|i| i.reward),
+                curve("failed", &|i| i.failed),
+                curve("survival", &|i| measured(i, 0)),
+                curve("measured reward", &|i| measured(i, 1)),
+            ],
+        },
+        Chart {
+            title: "divergence of the update".into(),
+            x_label: "seconds".into(),
+            low: 0.0,
+            high: 0.1,
+            curves: vec![curve("divergence", &|i| f64::from(i.divergence))],
+        },
+    ];
+    write_whole(&out.join("curve.png"), &charts_png(&charts, 900, 320)?)
+}

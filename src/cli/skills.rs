@@ -1,0 +1,75 @@
+//! Skills by name or file.
+
+use crate::asset::clip::MotionClip;
+use crate::cli::{InputError, load_character, load_motion};
+use crate::skill::{SkillDefinition, SkillError};
+use crate::train::ppo::{SkillTask, TaskError};
+use std::path::{Path, PathBuf};
+
+/// Folder of the skills that come with the crate, relative to the working folder.
+pub const SKILLS_FOLDER: &str = "assets/skills";
+
+/// Why a skill cannot be loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkillInputError {
+    /// Neither the name of a skill nor a file.
+    #[error("skill `{name}`: no such file, and no {SKILLS_FOLDER}/*/{name}/{name}.skill.ron; known here: {known}")]
+    NotFound {
+        /// What was given.
+        name: String,
+        /// Names of the skills found.
+        known: String,
+    },
+    /// The skill file is wrong.
+    #[error(transparent)]
+    Skill(#[from] SkillError),
+    /// Character or motion cannot be loaded.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The parts do not fit together.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+}
+
+/// The skill file with this name below [`SKILLS_FOLDER`], or at this path.
+pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
+    if name.ends_with(".skill.ron") && Path::new(name).is_file() {
+        return Ok(PathBuf::from(name));
+    }
+    let mut known = Vec::new();
+    let folders = |path: &Path| -> Vec<PathBuf> {
+        let mut found: Vec<PathBuf> = std::fs::read_dir(path)
+            .map(|entries| entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.is_dir()).collect())
+            .unwrap_or_default();
+        found.sort();
+        found
+    };
+    for family in folders(Path::new(SKILLS_FOLDER)) {
+        for folder in folders(&family) {
+            let Some(stem) = folder.file_name().map(|s| s.to_string_lossy().into_owned()) else { continue };
+            let file = folder.join(format!("{stem}.skill.ron"));
+            if file.is_file() {
+                if stem == name {
+                    return Ok(file);
+                }
+                known.push(stem);
+            }
+        }
+    }
+    Err(SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
+}
+
+/// Reads a skill, its character and its motion, and makes them ready for trials.
+pub fn load_skill(name: &str) -> Result<SkillTask, SkillInputError> {
+    let skill = SkillDefinition::load(find_skill(name)?)?;
+    load_task(&skill, None)
+}
+
+/// Makes a skill ready for trials. `map` is the joint map of a `.bvh` motion.
+pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTask, SkillInputError> {
+    let model = load_character(&skill.character)?;
+    let clip: MotionClip = load_motion(&skill.motion, map, &model)?;
+    let (clip, _) = clip.lifted_clear(&model).map_err(TaskError::from)?;
+    Ok(SkillTask::new(skill, model, &clip)?)
+}

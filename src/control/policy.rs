@@ -1,0 +1,202 @@
+//! Trained policies: a network from an ONNX file, with the contract that says what its numbers mean.
+
+use super::policy_error::PolicyError;
+use super::policy_file::{decode, read_bytes};
+use super::policy_graph::{GraphFault, Widths, check_and_clean};
+use crate::asset::card::fingerprint;
+use crate::asset::policy_contract::PolicyContract;
+use crate::model::CharacterModel;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+use tract_onnx::pb::ModelProto;
+use tract_onnx::prelude::{
+    Datum, Framework, InferenceFact, InferenceModelExt, IntoRunnable, Tensor, TractError, TractResult, TypedSimplePlan,
+    tvec,
+};
+
+/// Largest difference between the network and its golden pair; of numbers beyond 1, relative to them.
+pub const GOLDEN_TOLERANCE: f64 = 1e-5;
+
+/// Rows that the network is made ready for, and from how many rows on it pays to fill up to so many. For a fixed number
+/// of rows the library is a third faster than for a free one, and nothing has to be made ready in the middle of a game.
+const BLOCKS: [(usize, usize); 3] = [(64, 48), (8, 3), (1, 1)];
+
+/// A policy ready to act.
+///
+/// It remembers nothing between calls: an action depends on its observation alone. Clones share everything; threads may
+/// share one.
+#[derive(Clone)]
+pub struct Policy {
+    file: Arc<str>,
+    contract: Arc<PolicyContract>,
+    fingerprint: Arc<str>,
+    /// One for each entry of [`BLOCKS`].
+    plans: Arc<[Arc<TypedSimplePlan>]>,
+}
+
+impl Policy {
+    /// Reads a policy file and checks everything that does not depend on the character.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, PolicyError> {
+        let path = path.as_ref();
+        Self::from_bytes(&read_bytes(path)?, &path.display().to_string())
+    }
+
+    /// A policy from the bytes of a file, checked like [`Policy::load`]; `name` is for messages.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, PolicyError> {
+        let file: Arc<str> = name.into();
+        let (mut model, contract) = decode(bytes, name)?;
+        let widths = check_and_clean(&mut model).map_err(|fault| match fault {
+            GraphFault::Place { place, reason } => PolicyError::Graph { file: name.to_owned(), place, reason },
+            GraphFault::NotFinite { tensor, index, value } => {
+                PolicyError::NotFinite { file: name.to_owned(), tensor, index, value }
+            }
+        })?;
+        for (end, network, layout) in [
+            ("observation", widths.observation, contract.observation_size()),
+            ("action", widths.action, contract.action_size()),
+        ] {
+            if network != layout {
+                return Err(PolicyError::Size { file: name.to_owned(), end, network, layout });
+            }
+        }
+        // The check above leaves the library no reason to panic; should it find one, it stays a refusal.
+        let plans = catch_unwind(AssertUnwindSafe(|| plans(&model, &widths)))
+            .unwrap_or_else(|_| Err(TractError::msg("the inference library panicked")))
+            .map_err(|e| network_error(name, &e))?;
+        let policy = Self { file, contract: Arc::new(contract), fingerprint: fingerprint(bytes).into(), plans };
+        policy.check_golden()?;
+        Ok(policy)
+    }
+
+    /// What the file says about itself.
+    pub fn contract(&self) -> &PolicyContract {
+        &self.contract
+    }
+
+    /// [`fingerprint`] of the file, as robustness cards name it.
+    pub fn fingerprint(&self) -> &str {
+        &self.fingerprint
+    }
+
+    /// Name of the file, as given.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Checks that the policy was made for this character.
+    pub fn check_for(&self, model: &CharacterModel) -> Result<(), PolicyError> {
+        let contract = &*self.contract;
+        if contract.character != model.name {
+            return Err(PolicyError::Character {
+                file: self.file.to_string(),
+                found: contract.character.clone(),
+                wanted: model.name.clone(),
+            });
+        }
+        let joints = || model.links.iter().filter(|l| l.parent.is_some()).map(|l| l.name.as_str());
+        match contract.action.links.iter().find(|link| !joints().any(|j| j == *link)) {
+            Some(link) => Err(PolicyError::Link {
+                file: self.file.to_string(),
+                link: link.clone(),
+                character: model.name.clone(),
+                valid: joints().collect::<Vec<_>>().join(", "),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// The actions for `rows` observations, one after the other in `observations`, as one row each in `out`: the
+    /// network's means, before the contract's scale.
+    ///
+    /// A row whose observation holds a number that is not finite gets an action of NaN, which no clamp inside the
+    /// network can hide; other rows are not affected. The last bits of an action depend on the processor, and on
+    /// whether it was asked for alone or among others.
+    pub fn act(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> Result<(), PolicyError> {
+        let size = self.contract.observation_size();
+        if rows.checked_mul(size) != Some(observations.len()) {
+            let (file, found) = (self.file.to_string(), observations.len());
+            return Err(PolicyError::Rows { file, found, rows, size });
+        }
+        out.clear();
+        if rows == 0 {
+            return Ok(());
+        }
+        self.run(observations, rows, out).map_err(|e| network_error(&self.file, &e))?;
+        let actions = out.chunks_exact_mut(self.contract.action_size());
+        for (observation, action) in observations.chunks_exact(size).zip(actions) {
+            if !observation.iter().all(|v| v.is_finite()) {
+                action.fill(f32::NAN);
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> TractResult<()> {
+        let (size, width) = (self.contract.observation_size(), self.contract.action_size());
+        let mut done = 0;
+        while done < rows {
+            let left = rows - done;
+            let (plan, block) = self.block_for(left);
+            let taken = left.min(block);
+            let part = &observations[done * size..(done + taken) * size];
+            let input = if taken == block {
+                Tensor::from_shape(&[block, size], part)?
+            } else {
+                let mut filled = part.to_vec();
+                filled.resize(block * size, 0.0);
+                Tensor::from_shape(&[block, size], &filled)?
+            };
+            let result = plan.run(tvec![input.into()])?;
+            out.extend_from_slice(&result[0].try_as_plain_ram()?.as_slice::<f32>()?[..taken * width]);
+            done += taken;
+        }
+        Ok(())
+    }
+
+    /// The plan for the next of `left` rows, and its number of rows.
+    fn block_for(&self, left: usize) -> (&Arc<TypedSimplePlan>, usize) {
+        let k = BLOCKS.iter().position(|(_, least)| left >= *least).unwrap_or(BLOCKS.len() - 1);
+        (&self.plans[k], BLOCKS[k].0)
+    }
+
+    fn check_golden(&self) -> Result<(), PolicyError> {
+        let contract = &*self.contract;
+        let mut found = Vec::new();
+        self.act(&contract.golden.observation, 1, &mut found)?;
+        for (index, (found, expected)) in found.into_iter().zip(contract.golden.action.iter().copied()).enumerate() {
+            let difference = (f64::from(found) - f64::from(expected)).abs();
+            let tolerance = GOLDEN_TOLERANCE * f64::from(expected).abs().max(1.0);
+            if difference.is_nan() || difference > tolerance {
+                let file = self.file.to_string();
+                return Err(PolicyError::Golden { file, index, found, expected, difference, tolerance });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The checked model, made ready for each of [`BLOCKS`].
+fn plans(model: &ModelProto, widths: &Widths) -> TractResult<Arc<[Arc<TypedSimplePlan>]>> {
+    let model = tract_onnx::onnx().model_for_proto_model(model)?;
+    let plan = |(rows, _): (usize, usize)| {
+        let input = InferenceFact::dt_shape(f32::datum_type(), [rows, widths.observation]);
+        let model = model.clone().with_input_fact(0, input)?.into_optimized()?;
+        let shape = &model.output_fact(0)?.shape;
+        if shape.as_concrete() != Some(&[rows, widths.action]) {
+            return Err(TractError::msg(format!("{rows} observations give actions of shape {shape:?}")));
+        }
+        model.into_runnable()
+    };
+    BLOCKS.into_iter().map(plan).collect()
+}
+
+fn network_error(file: &str, error: &TractError) -> PolicyError {
+    PolicyError::Network { file: file.to_owned(), reason: format!("{error:#}").chars().take(500).collect() }
+}
+
+impl std::fmt::Debug for Policy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Policy").field("file", &self.file).field("contract", &self.contract).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,12 @@
+//! Following a motion with a policy: the reference tick by tick, what the policy sees, and what its action does.
+
+mod gathered;
+mod heading;
+mod layout;
+mod motion;
+mod tracker;
+
+pub use heading::Heading;
+pub use layout::ObservationLayout;
+pub use motion::{CycleShift, TrackedMotion, TrackedTick};
+pub use tracker::{Tracker, TrackerOptions, TrackingTerms};

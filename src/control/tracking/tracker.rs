@@ -1,0 +1,369 @@
+//! Following a motion with a policy: reference, phase and place of every lane, observations, targets and errors.
+//!
+//! After Peng, Abbeel, Levine, van de Panne 2018, "DeepMimic: Example-Guided Deep Reinforcement Learning of Physics-Based
+//! Character Skills", with the residual actions of Yu, Park, Lee 2019, Section 6.2: a policy's action displaces the
+//! reference pose that stable PD servos track. Training and games run this same code.
+//!
+//! The reference lives in a world of its own; an **anchor** (a place and a heading for each lane) puts it into the real
+//! one. On a leash the anchor follows the character, so that a pushed skater goes on from where it is; without one the
+//! reference keeps its place.
+
+use crate::control::tracking::gathered::Gathered;
+use crate::control::tracking::{Heading, TrackedMotion};
+use crate::math::{Quat, Real, Vec3};
+use crate::sim::Simulator;
+use std::sync::Arc;
+
+/// How a motion is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackerOptions {
+    /// Offset of a joint's target for an action of one, rad.
+    pub action_scale: f64,
+    /// Part of a tick over which targets move to their new place, so that they do not jump; (0, 1].
+    pub ramp: f64,
+    /// How far the reference may be from the character before it is dragged along, m; `None` leaves it in place.
+    pub leash: Option<f64>,
+    /// Sine of the angle by which the reference's heading may differ before it is dragged along.
+    pub turn_leash: f64,
+    /// Servo gains for all joints (kp N m/rad, kd N m s/rad) in place of the character's.
+    pub gains: Option<(f64, f64)>,
+}
+
+impl Default for TrackerOptions {
+    fn default() -> Self {
+        Self { action_scale: 0.3, ramp: 0.5, leash: None, turn_leash: 0.5, gains: None }
+    }
+}
+
+/// Squared errors of the lanes against their references.
+#[derive(Clone, Copy, Debug)]
+pub struct TrackingTerms<R> {
+    /// Mean squared joint angle, rad^2.
+    pub pose: R,
+    /// Mean squared joint velocity error, (rad/s)^2.
+    pub velocity: R,
+    /// Mean squared distance of the end links, relative to the root, m^2.
+    pub ends: R,
+    /// Squared angle between the roots' rotations, rad^2.
+    pub root: R,
+    /// Squared error of the root's angular velocity, (rad/s)^2.
+    pub spin: R,
+    /// Height of the centre of mass against the reference's, m.
+    pub height: R,
+    /// Squared error of the centre of mass's velocity, (m/s)^2.
+    pub com_velocity: R,
+    /// Squared horizontal distance of the root, m^2.
+    pub place: R,
+}
+
+/// Reference, phase, place and targets of every lane.
+#[derive(Clone, Debug)]
+pub struct Tracker<R: Real> {
+    motion: Arc<TrackedMotion>,
+    options: TrackerOptions,
+    ticks: Vec<usize>,
+    anchor_heading: Heading<R>,
+    anchor_place: Vec3<R>,
+    speed: R,
+    now: Gathered<R>,
+    next: Gathered<R>,
+    from: Vec<Quat<R>>,
+    to: Vec<Quat<R>>,
+}
+
+impl<R: Real> Tracker<R> {
+    /// A tracker with every lane at the motion's start.
+    pub fn new(motion: Arc<TrackedMotion>, options: TrackerOptions) -> Self {
+        let now = Gathered::new(&motion);
+        let links = now.joints.len();
+        Self {
+            options,
+            ticks: vec![0; R::LANES],
+            anchor_heading: Heading::ahead(),
+            anchor_place: Vec3::zero(),
+            speed: R::splat(motion.mean_speed()),
+            next: now.clone(),
+            now,
+            from: vec![Quat::identity(); links],
+            to: vec![Quat::identity(); links],
+            motion,
+        }
+    }
+
+    /// The motion.
+    pub fn motion(&self) -> &Arc<TrackedMotion> {
+        &self.motion
+    }
+    /// How it is followed.
+    pub fn options(&self) -> &TrackerOptions {
+        &self.options
+    }
+    /// Tick of a lane.
+    pub fn tick(&self, lane: usize) -> usize {
+        self.ticks[lane]
+    }
+    /// True once a motion that ends is at its end.
+    pub fn is_finished(&self, lane: usize) -> bool {
+        self.motion.cycle().is_none() && self.ticks[lane] >= self.motion.last()
+    }
+    /// Commands a mean speed along the direction of travel, m/s.
+    pub fn set_speed(&mut self, lane: usize, speed: f64) {
+        self.speed.set_lane(lane, speed);
+    }
+    /// Turns a lane's reference about the root, by the small angle `angle` (rad, positive to the left): steering.
+    pub fn steer(&mut self, lane: usize, angle: f64) {
+        let by = Heading { c: 1.0 - 0.5 * angle * angle, s: angle };
+        let mine = Heading { c: self.anchor_heading.c.lane(lane), s: self.anchor_heading.s.lane(lane) };
+        let pivot = self.reference_root().lane(lane);
+        let turned = mine.turned(by).normalized();
+        self.anchor_heading.c.set_lane(lane, turned.c);
+        self.anchor_heading.s.set_lane(lane, turned.s);
+        let moved = pivot - turned.to_world(Vec3::splat(self.now.root_position.lane(lane))).lane(0);
+        self.anchor_place.x.set_lane(lane, moved.x);
+        self.anchor_place.z.set_lane(lane, moved.z);
+    }
+
+    /// Sets the servo gains that the options ask for, in every lane.
+    pub fn set_gains(&self, sim: &mut Simulator<R>) {
+        if let Some((kp, kd)) = self.options.gains {
+            for command in sim.commands.iter_mut().skip(1) {
+                command.kp = R::splat(kp);
+                command.kd = R::splat(kd);
+            }
+        }
+    }
+
+    /// Puts lane `lane` at tick `tick` of the motion, with the reference's pose and velocity; the root above the origin.
+    /// The commanded speed is added along the direction of travel; `start_speed` (m/s) is that of the body itself.
+    pub fn begin(&mut self, sim: &mut Simulator<R>, lane: usize, tick: usize, start_speed: f64) {
+        let motion = self.motion.clone();
+        let reference = motion.tick(tick);
+        let (p, v) = (&reference.pose, &reference.velocity);
+        self.enter(lane, tick);
+        self.anchor_heading.c.set_lane(lane, 1.0);
+        self.anchor_heading.s.set_lane(lane, 0.0);
+        self.anchor_place.set_lane(lane, glam::DVec3::new(-p.root_position.x, 0.0, -p.root_position.z));
+        let place = p.root_position * glam::DVec3::Y;
+        sim.state.set_pose(lane, place, p.root_rotation, &p.joints);
+        let added = reference.travel * (start_speed - motion.mean_speed());
+        sim.state.set_velocity(lane, v.root_linear + added, v.root_angular, &v.joints);
+        for impulse in sim.state.contact_impulses.iter_mut().chain(&mut sim.state.grip_impulses) {
+            impulse.set_lane(lane, glam::DVec3::ZERO);
+        }
+        sim.state_changed();
+        for (from, q) in self.from.iter_mut().zip(&p.joints) {
+            from.set_lane(lane, *q);
+        }
+        for (to, q) in self.to.iter_mut().zip(&p.joints) {
+            to.set_lane(lane, *q);
+        }
+    }
+
+    /// Takes over a lane that moves already: the reference is put at tick `tick` where the character is, with its heading.
+    /// Targets go on from `from`, the joint rotations that were commanded last.
+    pub fn take_over(&mut self, sim: &Simulator<R>, lane: usize, tick: usize) {
+        self.enter(lane, tick);
+        let here = Heading::of(sim.state.root_rotation);
+        let there = Heading::of(self.now.root_rotation);
+        let turn = here.relative_to(there);
+        self.anchor_heading.c.set_lane(lane, turn.c.lane(lane));
+        self.anchor_heading.s.set_lane(lane, turn.s.lane(lane));
+        let moved = sim.state.root_position - turn.to_world(self.now.root_position);
+        self.anchor_place.set_lane(lane, moved.lane(lane) * glam::DVec3::new(1.0, 0.0, 1.0));
+        for (to, command) in self.to.iter_mut().zip(&sim.commands) {
+            to.set_lane(lane, command.rotation.lane(lane));
+        }
+    }
+
+    fn enter(&mut self, lane: usize, tick: usize) {
+        self.ticks[lane] = tick;
+        self.now.set_lane(lane, &self.motion, tick);
+        self.next.set_lane(lane, &self.motion, self.following(tick));
+    }
+
+    /// The tick after `tick`, counted within the cycle for its pose.
+    fn following(&self, tick: usize) -> usize {
+        match self.motion.cycle() {
+            Some(_) if tick >= self.motion.last() => 1,
+            _ => (tick + 1).min(self.motion.last()),
+        }
+    }
+
+    /// Where the reference's root is, world frame, m.
+    pub fn reference_root(&self) -> Vec3<R> {
+        self.anchor_heading.to_world(self.now.root_position) + self.anchor_place
+    }
+
+    /// Rotation of the reference's root, world frame.
+    pub fn reference_rotation(&self) -> Quat<R> {
+        self.anchor_heading.to_quat() * self.now.root_rotation
+    }
+
+    /// The reference pose of lane `lane` in the world, for ghosts and storyboards.
+    pub fn reference_pose(&self, lane: usize) -> crate::model::ModelPose {
+        crate::model::ModelPose {
+            root_position: self.reference_root().lane(lane),
+            root_rotation: self.reference_rotation().lane(lane),
+            joints: self.now.joints.iter().map(|q| q.lane(lane)).collect(),
+        }
+    }
+
+    /// Velocity that the reference's centre of mass has at the commanded speed, world axes, m/s.
+    #[inline]
+    fn wanted_velocity(&self) -> Vec3<R> {
+        let added = self.speed - R::splat(self.motion.mean_speed());
+        self.anchor_heading.to_world(self.now.travel.mul_add(added, self.now.com_velocity))
+    }
+
+    /// What a policy sees, appended to `out` in the order of [`ObservationLayout`](super::ObservationLayout).
+    pub fn observe(&self, sim: &mut Simulator<R>, out: &mut Vec<R>) {
+        let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
+        let root_position = sim.state.root_position;
+        let root_rotation = sim.state.root_rotation;
+        let velocity = sim.state.root_velocity;
+        let heading = Heading::of(root_rotation);
+        let reference_heading = Heading::of(self.reference_rotation());
+        let vector = |v: Vec3<R>, out: &mut Vec<R>| out.extend([v.x, v.y, v.z]);
+
+        out.extend(self.now.phase);
+        let up = root_rotation.conjugate().rotate(Vec3::new(R::zero(), R::one(), R::zero()));
+        vector(up, out);
+        out.push(root_position.y);
+        vector(heading.to_local(velocity.linear), out);
+        vector(heading.to_local(velocity.angular), out);
+        vector((root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector(), out);
+        vector(heading.to_local(self.wanted_velocity() - com_velocity), out);
+        let turn = reference_heading.relative_to(heading);
+        out.extend([turn.c, turn.s]);
+        let offset = heading.to_local(self.reference_root() - root_position);
+        let one = R::one();
+        out.extend([offset.x.clamp(-one, one), offset.y, offset.z.clamp(-one, one), self.speed]);
+
+        let model = sim.model().clone();
+        let links = sim.kinematics();
+        for link in &links[1..] {
+            vector(heading.to_local(link.origin), out);
+            vector(heading.to_local(link.velocity.linear - velocity.linear), out);
+        }
+        for blade in &model.blades {
+            for point in [blade.toe, blade.heel] {
+                let p = &model.contact_points[point];
+                let link = &links[p.link];
+                let y = root_position.y + link.origin.y + link.rotation.mul_vec(Vec3::splat(p.position)).y;
+                out.push(y.clamp(-R::splat(0.1), R::splat(0.5)));
+            }
+        }
+        for (joint, target) in sim.state.joints.iter().zip(&self.next.joints).skip(1) {
+            vector((joint.rotation.conjugate() * *target).to_rotation_vector(), out);
+            vector(joint.velocity, out);
+        }
+    }
+
+    /// Sets the targets of the coming tick: the next reference pose, displaced by the action. `action` gives for a link
+    /// (from 1) its three numbers.
+    pub fn act(&mut self, mut action: impl FnMut(usize) -> Vec3<R>) {
+        let scale = R::splat(0.5 * self.options.action_scale);
+        core::mem::swap(&mut self.from, &mut self.to);
+        for i in 1..self.to.len() {
+            let v = action(i) * scale;
+            let s = (R::one() + v.length_squared()).sqrt().recip();
+            self.to[i] = self.next.joints[i] * Quat { v: v * s, w: s };
+        }
+    }
+
+    /// Writes the targets into the simulator's commands, at the fraction `part` in [0, 1] of the tick.
+    pub fn command(&self, sim: &mut Simulator<R>, part: f64) {
+        let blend = R::splat((part / self.options.ramp).min(1.0));
+        for i in 1..self.to.len() {
+            let (a, b) = (self.from[i], self.to[i]);
+            let dot = a.v.dot(b.v) + a.w * b.w;
+            let sign = R::select(dot.lt(R::zero()), -R::one(), R::one());
+            let w = (b.w * sign - a.w).mul_add(blend, a.w);
+            let v = (b.v * sign - a.v).mul_add(blend, a.v);
+            let inverse = w.mul_add(w, v.length_squared()).sqrt().recip();
+            let command = &mut sim.commands[i];
+            command.rotation = Quat { v: v * inverse, w: w * inverse };
+            command.velocity = self.next.joint_velocities[i];
+        }
+    }
+
+    /// The next tick: references move on, and their places follow the characters on the leash.
+    pub fn advance(&mut self, sim: &Simulator<R>) {
+        core::mem::swap(&mut self.now, &mut self.next);
+        let motion = self.motion.clone();
+        for lane in 0..R::LANES {
+            let tick = self.ticks[lane];
+            let following = self.following(tick);
+            if let Some(cycle) = motion.cycle()
+                && tick >= motion.last()
+            {
+                // Tick `last` is tick 0 of the next cycle, one shift further.
+                let heading = Heading { c: self.anchor_heading.c.lane(lane), s: self.anchor_heading.s.lane(lane) };
+                let turned = heading.turned(Heading { c: cycle.turn.0, s: cycle.turn.1 }).normalized();
+                let moved = heading.to_world(Vec3::splat(cycle.shift)).lane(0) + self.anchor_place.lane(lane);
+                self.anchor_heading.c.set_lane(lane, turned.c);
+                self.anchor_heading.s.set_lane(lane, turned.s);
+                self.anchor_place.set_lane(lane, moved);
+            }
+            self.ticks[lane] = following;
+            self.next.set_lane(lane, &motion, self.following(following));
+        }
+        if let Some(leash) = self.options.leash {
+            self.follow(sim, leash);
+        }
+    }
+
+    /// Drags the anchors along: first their headings, then their places.
+    fn follow(&mut self, sim: &Simulator<R>, leash: f64) {
+        let here = Heading::of(sim.state.root_rotation);
+        let pivot = self.reference_root();
+        let turn = here.relative_to(Heading::of(self.reference_rotation()));
+        let limit = R::splat(self.options.turn_leash);
+        let excess = (turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero());
+        let by = Heading { c: R::one() - excess * excess * R::splat(0.5), s: excess };
+        self.anchor_heading = self.anchor_heading.turned(by).normalized();
+        self.anchor_place = pivot - self.anchor_heading.to_world(self.now.root_position);
+        self.anchor_place.y = R::zero();
+
+        let mut away = sim.state.root_position - self.reference_root();
+        away.y = R::zero();
+        let distance = away.length().max(R::splat(1e-6));
+        let part = ((distance - R::splat(leash)).max(R::zero())) / distance;
+        self.anchor_place += away * part;
+    }
+
+    /// How far the lanes are from their references.
+    pub fn terms(&self, sim: &mut Simulator<R>, weights: &[f64]) -> TrackingTerms<R> {
+        let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
+        let com = sim.center_of_mass();
+        let (mut pose, mut velocity, mut sum) = (R::zero(), R::zero(), 0.0);
+        let wanted = self.now.joints.iter().zip(&self.now.joint_velocities);
+        for (((wanted, speed), joint), weight) in wanted.zip(&sim.state.joints).zip(weights).skip(1) {
+            let part = R::splat(*weight);
+            let error = (joint.rotation.conjugate() * *wanted).to_rotation_vector();
+            pose = error.length_squared().mul_add(part, pose);
+            velocity = (joint.velocity - *speed).length_squared().mul_add(part, velocity);
+            sum += weight;
+        }
+        let mean = R::splat(1.0 / sum.max(1e-9));
+        let links = sim.kinematics();
+        let mut ends = R::zero();
+        for (&link, place) in self.motion.ends().iter().zip(&self.now.ends) {
+            ends += (links[link].origin - self.anchor_heading.to_world(*place)).length_squared();
+        }
+        let root = (sim.state.root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector();
+        let spin = sim.state.root_velocity.angular - self.anchor_heading.to_world(self.now.root_angular);
+        let mut away = sim.state.root_position - self.reference_root();
+        away.y = R::zero();
+        TrackingTerms {
+            pose: pose * mean,
+            velocity: velocity * mean,
+            ends: ends * R::splat(1.0 / self.motion.ends().len().max(1) as f64),
+            root: root.length_squared(),
+            spin: spin.length_squared(),
+            height: com.y - self.now.com_height,
+            com_velocity: (com_velocity - self.wanted_velocity()).length_squared(),
+            place: away.length_squared(),
+        }
+    }
+}

@@ -1,0 +1,320 @@
+//! The description of a skill: which motion is followed, how, and what a trial looks like. `*.skill.ron`.
+
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// An interval from which numbers are drawn evenly.
+pub type Range = (f64, f64);
+
+/// A skill, as saved in a `*.skill.ron` file. Every field but the first three has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkillDefinition {
+    /// Name of the skill.
+    pub name: String,
+    /// Character whose skill it is.
+    pub character: String,
+    /// The motion: a `.clip.ron`, `.keyposes.ron` or `.bvh` file, relative to this file.
+    pub motion: PathBuf,
+    /// World: `ice` or `ground`.
+    #[serde(default = "ice")]
+    pub world: String,
+    /// Part of the motion that is used, s; the whole by default.
+    #[serde(default)]
+    pub window: Option<Range>,
+    /// The motion repeats.
+    #[serde(default)]
+    pub cyclic: bool,
+    /// A motion that repeats keeps its heading from cycle to cycle.
+    #[serde(default)]
+    pub straight: bool,
+    /// How long the last pose of a motion that ends is held, s.
+    #[serde(default)]
+    pub hold: f64,
+    /// Decisions per second.
+    #[serde(default = "thirty")]
+    pub control_rate: f64,
+    /// Simulation steps per second in training; by default the character's. A whole multiple of the control rate.
+    #[serde(default)]
+    pub training_rate: Option<f64>,
+    /// Offset of a joint's target for an action of one, rad.
+    #[serde(default = "action_scale")]
+    pub action_scale: f64,
+    /// Servo gains (kp N m/rad, kd N m s/rad) instead of the character's.
+    #[serde(default)]
+    pub gains: Option<(f64, f64)>,
+    /// How far the reference may be from the character before it is dragged along, m; `None` leaves it in its place.
+    #[serde(default)]
+    pub leash: Option<f64>,
+    /// Trials.
+    #[serde(default)]
+    pub episode: EpisodeOptions,
+    /// Rewards.
+    #[serde(default)]
+    pub reward: RewardScales,
+    /// When a trial in training ends early.
+    #[serde(default)]
+    pub limits: TerminationLimits,
+}
+
+fn ice() -> String {
+    "ice".into()
+}
+fn thirty() -> f64 {
+    30.0
+}
+fn action_scale() -> f64 {
+    0.3
+}
+
+/// What is drawn at random for a trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EpisodeOptions {
+    /// Longest trial, s.
+    pub seconds: f64,
+    /// Commanded mean speed, m/s; `None` takes that of the motion.
+    pub speed: Option<Range>,
+    /// Speed at the start, m/s; `None` takes the commanded one.
+    pub start_speed: Option<Range>,
+    /// Friction coefficient of the surface; `None` leaves the surface's own.
+    pub friction: Option<Range>,
+    /// Error of each joint at the start, rad; each component is drawn within it.
+    pub joint_noise: f64,
+    /// Error of the velocity at the start, m/s (and joint velocities, rad/s, five times it).
+    pub velocity_noise: f64,
+    /// Pushes in training.
+    pub push: Option<PushOptions>,
+    /// Trials start at the beginning of the motion only.
+    pub from_start: bool,
+}
+
+impl Default for EpisodeOptions {
+    fn default() -> Self {
+        Self {
+            seconds: 10.0,
+            speed: None,
+            start_speed: None,
+            friction: Some((0.01, 0.04)),
+            joint_noise: 0.05,
+            velocity_noise: 0.1,
+            push: None,
+            from_start: false,
+        }
+    }
+}
+
+/// Pushes at random times from random sides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushOptions {
+    /// Link that is pushed, at its centre of mass.
+    pub link: String,
+    /// Largest force, N; evenly drawn from zero.
+    pub force: f64,
+    /// Length of a push, s.
+    pub seconds: f64,
+    /// Mean time between pushes, s.
+    pub every: f64,
+}
+
+/// Weights of the reward's terms, and how fast each falls with its error: `weight * exp(-sharpness * error)`. The weights
+/// add up to one at a perfect imitation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RewardScales {
+    /// Mean squared joint angle, 1/rad^2.
+    pub pose: (f64, f64),
+    /// Mean squared joint velocity, s^2/rad^2.
+    pub velocity: (f64, f64),
+    /// Mean squared distance of the end links, 1/m^2.
+    pub ends: (f64, f64),
+    /// Squared angle of the root, 1/rad^2.
+    pub root: (f64, f64),
+    /// Squared height of the centre of mass, 1/m^2.
+    pub height: (f64, f64),
+    /// Squared velocity of the centre of mass, s^2/m^2.
+    pub com_velocity: (f64, f64),
+    /// Squared distance of the root, 1/m^2.
+    pub place: (f64, f64),
+    /// Taken off: mean square of the action.
+    pub effort: f64,
+}
+
+impl Default for RewardScales {
+    fn default() -> Self {
+        Self {
+            pose: (0.30, 10.0),
+            velocity: (0.05, 0.3),
+            ends: (0.15, 60.0),
+            root: (0.15, 6.0),
+            height: (0.10, 80.0),
+            com_velocity: (0.15, 4.0),
+            place: (0.10, 8.0),
+            effort: 0.01,
+        }
+    }
+}
+
+/// When a trial in training ends early.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerminationLimits {
+    /// Height of the centre of mass against the reference's, m.
+    pub height: f64,
+    /// Angle of the root, rad.
+    pub root: f64,
+    /// Root mean square joint angle, rad.
+    pub pose: f64,
+    /// Distance of the root, m.
+    pub place: f64,
+    /// Nothing but blades (and feet) may touch the ground.
+    pub touch: bool,
+}
+
+impl Default for TerminationLimits {
+    fn default() -> Self {
+        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true }
+    }
+}
+
+/// Why a skill file was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkillError {
+    /// The file could not be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not a skill file.
+    #[error("{}: not a skill file: {message}", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Where and why.
+        message: String,
+    },
+    /// A field cannot be used.
+    #[error("skill {name}: {field} is {found}; {valid}")]
+    Value {
+        /// The skill.
+        name: String,
+        /// The field.
+        field: &'static str,
+        /// What it holds.
+        found: String,
+        /// What would be valid.
+        valid: String,
+    },
+}
+
+impl SkillDefinition {
+    /// A skill that follows a motion once, in place, with all defaults.
+    pub fn imitate(name: &str, character: &str, motion: impl Into<PathBuf>) -> Self {
+        Self {
+            name: name.into(),
+            character: character.into(),
+            motion: motion.into(),
+            world: ice(),
+            window: None,
+            cyclic: false,
+            straight: false,
+            hold: 0.0,
+            control_rate: thirty(),
+            training_rate: None,
+            action_scale: action_scale(),
+            gains: None,
+            leash: None,
+            episode: EpisodeOptions::default(),
+            reward: RewardScales::default(),
+            limits: TerminationLimits::default(),
+        }
+    }
+
+    /// Reads a file; the motion's path is made relative to the working folder.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, SkillError> {
+        let path = path.as_ref();
+        let text =
+            std::fs::read_to_string(path).map_err(|source| SkillError::Io { path: path.to_path_buf(), source })?;
+        let mut skill = Self::from_ron(&text, path)?;
+        if let Some(folder) = path.parent() {
+            skill.motion = folder.join(&skill.motion);
+        }
+        Ok(skill)
+    }
+
+    /// Reads text; `path` is for messages.
+    pub fn from_ron(text: &str, path: impl AsRef<Path>) -> Result<Self, SkillError> {
+        let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+        let skill: Self = options
+            .from_str(text)
+            .map_err(|e| SkillError::Syntax { path: path.as_ref().to_path_buf(), message: e.to_string() })?;
+        skill.validate()?;
+        Ok(skill)
+    }
+
+    /// Whether every number can be used.
+    pub fn validate(&self) -> Result<(), SkillError> {
+        let bad = |field, found: String, valid: &str| {
+            Err(SkillError::Value { name: self.name.clone(), field, found, valid: valid.into() })
+        };
+        if self.name.is_empty() {
+            return bad("name", "empty".into(), "at least one letter");
+        }
+        if !["ice", "ground"].contains(&self.world.as_str()) {
+            return bad("world", self.world.clone(), "`ice` or `ground`");
+        }
+        if !(5.0..=240.0).contains(&self.control_rate) {
+            return bad("control_rate", self.control_rate.to_string(), "5 to 240 decisions per second");
+        }
+        if let Some(rate) = self.training_rate {
+            let multiple = rate / self.control_rate;
+            if !((1.0..=1000.0).contains(&multiple) && (multiple - multiple.round()).abs() < 1e-9) {
+                return bad("training_rate", rate.to_string(), "a whole multiple of the control rate");
+            }
+        }
+        if !(0.0..=3.0).contains(&self.action_scale) {
+            return bad("action_scale", self.action_scale.to_string(), "0 to 3 rad");
+        }
+        if !(0.0..=60.0).contains(&self.hold) {
+            return bad("hold", self.hold.to_string(), "0 to 60 s");
+        }
+        if self.window.is_some_and(|(a, b)| !(a.is_finite() && b.is_finite() && 0.0 <= a && a < b)) {
+            return bad("window", format!("{:?}", self.window), "two times in order, s");
+        }
+        if self.gains.is_some_and(|(kp, kd)| !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd))) {
+            return bad("gains", format!("{:?}", self.gains), "two numbers from 0 to 1e6");
+        }
+        let e = &self.episode;
+        if !(0.1..=600.0).contains(&e.seconds) {
+            return bad("episode.seconds", e.seconds.to_string(), "0.1 to 600 s");
+        }
+        let ranges = [
+            ("episode.speed", e.speed, 30.0),
+            ("episode.start_speed", e.start_speed, 30.0),
+            ("episode.friction", e.friction, 10.0),
+        ];
+        for (field, range, most) in ranges {
+            if range.is_some_and(|(a, b)| !(0.0 <= a && a <= b && b <= most)) {
+                return bad(field, format!("{range:?}"), &format!("two numbers in order, from 0 to {most}"));
+            }
+        }
+        if !((0.0..=1.0).contains(&e.joint_noise) && (0.0..=5.0).contains(&e.velocity_noise)) {
+            return bad(
+                "episode noise",
+                format!("{}, {}", e.joint_noise, e.velocity_noise),
+                "0 to 1 rad and 0 to 5 m/s",
+            );
+        }
+        if let Some(push) = &e.push
+            && !((0.0..=1e5).contains(&push.force) && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1)
+        {
+            return bad("episode.push", format!("{push:?}"), "0 to 1e5 N, 0 to 10 s, every 0.1 s or more");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! Measuring a policy without exploration, on trials that training has not seen.
+
+use crate::math::Real;
+use crate::train::nn::{Activations, Network};
+use crate::train::ppo::environment::{Ending, Environment};
+use crate::train::ppo::normalizer::Normalizer;
+use crate::train::ppo::sampling::StartSampler;
+use crate::train::ppo::task::SkillTask;
+use std::sync::Arc;
+
+/// How a policy does.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct EvaluationReport {
+    /// Trials, all counted.
+    pub trials: usize,
+    /// Trials that lasted to their end.
+    pub survived: usize,
+    /// Mean reward per tick, a failed trial's missing ticks counting zero.
+    pub reward: f64,
+    /// Root mean square of the action, rad.
+    pub residual: f64,
+}
+
+impl EvaluationReport {
+    /// Part of the trials that lasted.
+    pub fn survival(&self) -> f64 {
+        self.survived as f64 / self.trials.max(1) as f64
+    }
+}
+
+/// What turns observations into actions.
+pub trait Actor: Sync {
+    /// Work space of one thread.
+    type Scratch: Default + Send;
+    /// Actions (rows x outputs) for observations as the environment gives them (rows x inputs; may be changed).
+    fn act<'a>(&'a self, scratch: &'a mut Self::Scratch, observations: &'a mut [f32], rows: usize) -> &'a [f32];
+}
+
+/// Actor network and normaliser.
+pub(crate) struct MeanActor<'a>(pub &'a Network, pub &'a Normalizer);
+
+impl Actor for MeanActor<'_> {
+    type Scratch = Activations;
+    fn act<'a>(&'a self, scratch: &'a mut Activations, observations: &'a mut [f32], rows: usize) -> &'a [f32] {
+        self.1.apply(observations);
+        self.0.forward(scratch, observations, rows)
+    }
+}
+
+/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; pushed as the skill says, if
+/// `pushed`.
+///
+/// `from_start` begins all of them at the start of the motion, else evenly over it. Results do not depend on the number of
+/// threads.
+pub fn evaluate<R: Real, A: Actor>(
+    task: &Arc<SkillTask>,
+    actor: &A,
+    trials: usize,
+    seed: u64,
+    threads: usize,
+    from_start: bool,
+    pushed: bool,
+) -> EvaluationReport {
+    let mut fresh = (**task).clone();
+    fresh.skill.episode.from_start |= from_start;
+    let fresh = Arc::new(fresh);
+    let batches = trials.div_ceil(R::LANES).max(1);
+    let threads = threads.clamp(1, batches);
+    let per_thread = batches.div_ceil(threads);
+    let run = |first: usize, count: usize| -> Vec<(bool, f64, f64, usize)> {
+        let mut scratch = A::Scratch::default();
+        (first..(first + count).min(batches))
+            .flat_map(|batch| run_batch::<R, A>(&fresh, actor, &mut scratch, seed, batch as u64, pushed))
+            .collect()
+    };
+    let mut results = Vec::new();
+    std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..threads)
+            .map(|n| {
+                scope.spawn({
+                    let run = &run;
+                    move || run(n * per_thread, per_thread)
+                })
+            })
+            .collect();
+        for handle in handles {
+            // A panic in a thread is passed on.
+            results.extend(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+    });
+    let count = results.len();
+    let ticks: usize = results.iter().map(|r| r.3).sum();
+    EvaluationReport {
+        trials: count,
+        survived: results.iter().filter(|r| r.0).count(),
+        reward: results.iter().map(|r| r.1).sum::<f64>() / count as f64,
+        residual: (results.iter().map(|r| r.2).sum::<f64>() / ticks.max(1) as f64).sqrt() * task.skill.action_scale,
+    }
+}
+
+/// One trial in each lane: survived, mean reward, sum of mean square actions, ticks.
+fn run_batch<R: Real, A: Actor>(
+    task: &Arc<SkillTask>,
+    actor: &A,
+    scratch: &mut A::Scratch,
+    seed: u64,
+    batch: u64,
+    pushed: bool,
+) -> Vec<(bool, f64, f64, usize)> {
+    let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+    let mut env = Environment::<R>::new(task.clone(), seed, 0x4556_0000 + batch, &starts);
+    env.pushes = pushed;
+    let size = task.layout.size();
+    let mut rows = vec![0.0; R::LANES * size];
+    let mut open = vec![true; R::LANES];
+    let mut effort = vec![0.0; R::LANES];
+    let mut results = vec![(false, 0.0, 0.0, 0); R::LANES];
+    while open.iter().any(|o| *o) {
+        env.observe(&mut rows);
+        let actions = actor.act(scratch, &mut rows, R::LANES).to_vec();
+        let per = actions.len() / R::LANES;
+        let outcomes = env.tick(&actions, |_, _| ());
+        for (lane, outcome) in outcomes.into_iter().enumerate() {
+            if !open[lane] {
+                continue;
+            }
+            let action = &actions[lane * per..(lane + 1) * per];
+            effort[lane] += action.iter().map(|a| f64::from(a * a)).sum::<f64>() / per as f64;
+            if outcome.ending != Ending::GoesOn {
+                open[lane] = false;
+                let trial = env.trial(lane, outcome.ending);
+                results[lane] = (!trial.failed, trial.reward / env.limit(lane) as f64, effort[lane], trial.ticks);
+                // Something sane to go on with while the others finish.
+                env.reset(lane, &starts);
+            }
+        }
+    }
+    results
+}

@@ -1,0 +1,78 @@
+//! From a trained policy to a file, and from a file back to trials.
+
+use crate::asset::dense_layers::{Activation as LayerActivation, DenseLayer, DenseLayers};
+use crate::asset::policy_contract::{
+    ActionLayout, ActionMeaning, CONTRACT_VERSION, GoldenPair, Normaliser, PolicyContract, ReferenceFile,
+};
+use crate::control::Policy;
+use crate::train::nn::{Activation, Activations, Network};
+use crate::train::ppo::evaluate::Actor;
+use crate::train::ppo::task::SkillTask;
+use crate::train::ppo::trainer::Trained;
+use crate::train::{ExportError, policy_bytes};
+
+/// The layers of a network, for export.
+impl From<&Network> for DenseLayers {
+    fn from(network: &Network) -> Self {
+        let layer = |k| DenseLayer { weights: network.weights(k).to_vec(), bias: network.bias(k).to_vec() };
+        Self {
+            sizes: network.sizes().to_vec(),
+            activation: match network.activation() {
+                Activation::Tanh => LayerActivation::Tanh,
+                Activation::Elu => LayerActivation::Elu,
+            },
+            layers: (0..network.layers()).map(layer).collect(),
+        }
+    }
+}
+
+/// The ONNX file of a trained policy. `motion_file` is the name of the clip that will lie beside it.
+pub fn trained_policy_bytes(task: &SkillTask, trained: &Trained, motion_file: &str) -> Result<Vec<u8>, ExportError> {
+    let normalizer = &trained.normalizer;
+    // An observation with something to see: two deviations to either side, turn about.
+    let golden: Vec<f32> = (normalizer.shift.iter().zip(&normalizer.scale).enumerate())
+        .map(|(k, (shift, scale))| shift + if k % 2 == 0 { 2.0 } else { -2.0 } / scale)
+        .collect();
+    let mut seen = golden.clone();
+    normalizer.apply(&mut seen);
+    let action = trained.actor.forward(&mut Activations::default(), &seen, 1).to_vec();
+    let contract = PolicyContract {
+        version: CONTRACT_VERSION,
+        crate_version: env!("CARGO_PKG_VERSION").into(),
+        character: task.model.name.clone(),
+        skill: task.skill.name.clone(),
+        skill_settings: serde_json::to_string(&task.skill).unwrap_or_default(),
+        control_rate: task.skill.control_rate,
+        simulation_rate: task.settings.rate,
+        observation: task.layout.blocks.clone(),
+        normaliser: Normaliser {
+            mean: normalizer.shift.clone(),
+            scale: normalizer.scale.clone(),
+            clip: normalizer.clip,
+        },
+        action: ActionLayout {
+            meaning: ActionMeaning::ReferenceOffset,
+            scale: task.skill.action_scale,
+            links: task.model.links.iter().skip(1).map(|l| l.name.clone()).collect(),
+        },
+        reference: ReferenceFile { file: motion_file.into(), cyclic: task.skill.cyclic },
+        gains: task.skill.gains,
+        golden: GoldenPair { observation: golden, action },
+    };
+    policy_bytes(&DenseLayers::from(&trained.actor), &contract)
+}
+
+/// A policy read from its file acts as in a game: raw observations through tract. Rows that it refuses get no action.
+impl Actor for Policy {
+    type Scratch = Vec<f32>;
+    fn act<'a>(&'a self, scratch: &'a mut Vec<f32>, observations: &'a mut [f32], rows: usize) -> &'a [f32] {
+        scratch.clear();
+        if Policy::act(self, observations, rows, scratch).is_err() {
+            scratch.clear();
+            scratch.resize(rows * self.contract().action_size(), 0.0);
+        }
+        // A lane that has gone bad sees NaN and is told nothing.
+        scratch.iter_mut().filter(|a| !a.is_finite()).for_each(|a| *a = 0.0);
+        scratch
+    }
+}

@@ -1,0 +1,214 @@
+//! The update of actor and critic: proximal policy optimisation.
+//!
+//! Schulman, Wolski, Dhariwal, Radford, Klimov 2017, "Proximal Policy Optimization Algorithms", equation 7: with the ratio
+//! `r = p(a|s) / p_old(a|s)` and the advantage A, the actor maximises `min(r A, clip(r, 1 - e, 1 + e) A)`. The policy is a
+//! Gaussian around the network's output with a standard deviation given from outside, so
+//! `d log p / d mean = (a - mean) / sigma^2`. The critic's loss is half the squared error of the return.
+
+use crate::math::RandomStream;
+use crate::train::nn::{Activations, Adam, Network, clip_norm};
+use crate::train::ppo::rollout::Pod;
+
+/// Rows whose gradients are computed by one thread at a time; fixed, so that sums do not depend on the threads.
+const SHARD: usize = 256;
+
+/// Numbers of the update.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UpdateOptions {
+    pub minibatch: usize,
+    pub epochs: usize,
+    pub clip: f32,
+    pub rate: f32,
+    pub critic_rate: f32,
+    pub largest_divergence: f32,
+    pub largest_gradient: f32,
+    pub sigma: f32,
+    pub threads: usize,
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct UpdateReport {
+    /// Mean Kullback-Leibler divergence of the last minibatch from the old policy.
+    pub divergence: f32,
+    /// Part of the ratios that were clipped.
+    pub clipped: f32,
+    /// Mean squared error of the critic.
+    pub critic_loss: f32,
+    /// Updates made.
+    pub updates: usize,
+}
+
+/// Rows of a minibatch side by side, and the gradients of one shard.
+#[derive(Default)]
+struct Shard {
+    actor_scratch: Activations,
+    critic_scratch: Activations,
+    observations: Vec<f32>,
+    d_mean: Vec<f32>,
+    d_value: Vec<f32>,
+    actor_gradient: Vec<f32>,
+    critic_gradient: Vec<f32>,
+    divergence: f32,
+    clipped: f32,
+    critic_loss: f32,
+}
+
+/// Actor, critic, their optimisers and work space.
+pub(crate) struct Learner {
+    pub actor: Network,
+    pub critic: Network,
+    pub actor_adam: Adam,
+    pub critic_adam: Adam,
+    shards: Vec<Shard>,
+}
+
+impl Learner {
+    pub fn new(actor: Network, critic: Network) -> Self {
+        let (a, c) = (actor.parameters().len(), critic.parameters().len());
+        Self { actor_adam: Adam::new(a), critic_adam: Adam::new(c), actor, critic, shards: Vec::new() }
+    }
+
+    /// Goes over the pods' experience `epochs` times in minibatches.
+    pub fn update(&mut self, pods: &[Pod], options: &UpdateOptions, random: &mut RandomStream) -> UpdateReport {
+        let per_pod = pods[0].rows();
+        let total = per_pod * pods.len();
+        let (mean, deviation) = moments(pods);
+        let mut order: Vec<u32> = (0..total as u32).collect();
+        let minibatch = options.minibatch.min(total);
+        let shards = minibatch.div_ceil(SHARD);
+        self.shards.resize_with(shards, Shard::default);
+        let mut report = UpdateReport::default();
+        'epochs: for _ in 0..options.epochs {
+            for k in (1..total).rev() {
+                order.swap(k, random.below(k + 1));
+            }
+            for batch in order.chunks_exact(minibatch) {
+                let (actor, critic) = (&self.actor, &self.critic);
+                let threads = options.threads.clamp(1, shards);
+                let per_thread = shards.div_ceil(threads);
+                let work = |first: usize, part: &mut [Shard]| {
+                    for (k, shard) in part.iter_mut().enumerate() {
+                        let from = (first + k) * SHARD;
+                        let rows = &batch[from..(from + SHARD).min(batch.len())];
+                        shard.run(actor, critic, pods, per_pod, rows, batch.len(), (mean, deviation), options);
+                    }
+                };
+                std::thread::scope(|scope| {
+                    let mut parts = self.shards.chunks_mut(per_thread).enumerate();
+                    let mine = parts.next();
+                    for (n, part) in parts {
+                        scope.spawn(move || work(n * per_thread, part));
+                    }
+                    if let Some((n, part)) = mine {
+                        work(n * per_thread, part);
+                    }
+                });
+                let (first, rest) = self.shards.split_at_mut(1);
+                let sum = &mut first[0];
+                for shard in rest {
+                    add(&mut sum.actor_gradient, &shard.actor_gradient);
+                    add(&mut sum.critic_gradient, &shard.critic_gradient);
+                    sum.divergence += shard.divergence;
+                    sum.clipped += shard.clipped;
+                    sum.critic_loss += shard.critic_loss;
+                }
+                report.divergence = sum.divergence;
+                report.clipped = sum.clipped;
+                report.critic_loss = sum.critic_loss;
+                if sum.divergence > options.largest_divergence {
+                    break 'epochs;
+                }
+                let actor_norm = clip_norm(&mut [&mut sum.actor_gradient], options.largest_gradient);
+                let critic_norm = clip_norm(&mut [&mut sum.critic_gradient], options.largest_gradient);
+                if !(actor_norm.is_finite() && critic_norm.is_finite()) {
+                    break 'epochs;
+                }
+                self.actor_adam.step(self.actor.parameters_mut(), &sum.actor_gradient, options.rate);
+                self.critic_adam.step(self.critic.parameters_mut(), &sum.critic_gradient, options.critic_rate);
+                report.updates += 1;
+            }
+        }
+        report
+    }
+}
+
+fn add(sum: &mut [f32], part: &[f32]) {
+    for (a, b) in sum.iter_mut().zip(part) {
+        *a += b;
+    }
+}
+
+/// Mean and standard deviation of all advantages.
+fn moments(pods: &[Pod]) -> (f32, f32) {
+    let (mut n, mut sum, mut square) = (0.0, 0.0, 0.0);
+    for a in pods.iter().flat_map(|p| &p.advantages) {
+        let a = f64::from(*a);
+        n += 1.0;
+        sum += a;
+        square += a * a;
+    }
+    let mean = sum / n;
+    (mean as f32, (square / n - mean * mean).max(1e-12).sqrt() as f32)
+}
+
+impl Shard {
+    /// Gradients of these rows; `count` is the size of the whole minibatch.
+    fn run(
+        &mut self,
+        actor: &Network,
+        critic: &Network,
+        pods: &[Pod],
+        per_pod: usize,
+        rows: &[u32],
+        count: usize,
+        (mean, deviation): (f32, f32),
+        options: &UpdateOptions,
+    ) {
+        let (inputs, outputs) = (actor.inputs(), actor.outputs());
+        let n = rows.len();
+        self.observations.clear();
+        for &row in rows {
+            let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
+            self.observations.extend_from_slice(&pod.observations[at * inputs..(at + 1) * inputs]);
+        }
+        self.actor_gradient.clear();
+        self.actor_gradient.resize(actor.parameters().len(), 0.0);
+        self.critic_gradient.clear();
+        self.critic_gradient.resize(critic.parameters().len(), 0.0);
+        (self.divergence, self.clipped, self.critic_loss) = (0.0, 0.0, 0.0);
+        let share = 1.0 / count as f32;
+        let precision = 1.0 / (options.sigma * options.sigma);
+
+        let out = actor.forward(&mut self.actor_scratch, &self.observations, n);
+        self.d_mean.clear();
+        for (k, &row) in rows.iter().enumerate() {
+            let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
+            let action = &pod.actions[at * outputs..(at + 1) * outputs];
+            let mine = &out[k * outputs..(k + 1) * outputs];
+            let square: f32 = action.iter().zip(mine).map(|(a, m)| (a - m) * (a - m)).sum();
+            let log_ratio = -0.5 * precision * square - pod.log_probabilities[at];
+            let ratio = log_ratio.clamp(-20.0, 20.0).exp();
+            let advantage = (pod.advantages[at] - mean) / (deviation + 1e-6);
+            // The unclipped term is the smaller one unless the ratio has left the interval in the advantage's direction.
+            let outside =
+                (advantage > 0.0 && ratio > 1.0 + options.clip) || (advantage < 0.0 && ratio < 1.0 - options.clip);
+            let factor = if outside { 0.0 } else { -ratio * advantage * precision * share };
+            self.d_mean.extend(action.iter().zip(mine).map(|(a, m)| factor * (a - m)));
+            // Schulman's estimate of the divergence: always positive, small variance.
+            self.divergence += (ratio - 1.0 - log_ratio) * share;
+            self.clipped += f32::from(u8::from(outside)) * share;
+        }
+        actor.backward(&mut self.actor_scratch, &self.observations, n, &self.d_mean, &mut self.actor_gradient);
+
+        let out = critic.forward(&mut self.critic_scratch, &self.observations, n);
+        self.d_value.clear();
+        for (k, &row) in rows.iter().enumerate() {
+            let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
+            let error = out[k] - pod.returns[at];
+            self.critic_loss += error * error * share;
+            self.d_value.push(error * share);
+        }
+        critic.backward(&mut self.critic_scratch, &self.observations, n, &self.d_value, &mut self.critic_gradient);
+    }
+}

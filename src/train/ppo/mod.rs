@@ -1,0 +1,25 @@
+//! Learning a policy by reinforcement: proximal policy optimisation over trials in lanes.
+//!
+//! After Peng et al. 2018, "DeepMimic", and Yu, Park, Lee 2019, Section 6.2. What happens in an iteration: `rollout.rs` plays
+//! (`environment.rs` is a batch of trials, `sampling.rs` says where they begin), `learner.rs` updates actor and critic,
+//! `trainer.rs` repeats, measures, and keeps the best.
+
+mod environment;
+mod evaluate;
+#[cfg(feature = "policy")]
+mod export;
+mod learner;
+mod normalizer;
+mod rollout;
+mod sampling;
+mod task;
+mod trainer;
+
+pub use environment::{Ending, Environment, Outcome, Trial};
+pub use evaluate::{Actor, EvaluationReport, evaluate};
+#[cfg(feature = "policy")]
+pub use export::trained_policy_bytes;
+pub use normalizer::Normalizer;
+pub use sampling::StartSampler;
+pub use task::{SkillTask, TaskError};
+pub use trainer::{Iteration, TrainError, TrainOptions, Trained, Trainer};

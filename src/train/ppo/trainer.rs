@@ -1,0 +1,442 @@
+//! The loop: play, learn, measure, keep the best.
+
+use crate::math::RandomStream;
+use crate::train::nn::{Activation, Adam, Network};
+use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate};
+use crate::train::ppo::learner::{Learner, UpdateOptions};
+use crate::train::ppo::normalizer::Normalizer;
+use crate::train::ppo::rollout::{Lanes, POD_ROWS, Player, Pod};
+use crate::train::ppo::sampling::StartSampler;
+use crate::train::ppo::task::SkillTask;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// How to learn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainOptions {
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// Pods of 64 trials.
+    pub pods: usize,
+    /// Ticks of every trial in an iteration.
+    pub ticks: usize,
+    /// Rows of a minibatch.
+    pub minibatch: usize,
+    /// Passes over the experience of an iteration.
+    pub epochs: usize,
+    /// Hidden layers.
+    pub hidden: Vec<usize>,
+    /// Discount of a tick.
+    pub gamma: f32,
+    /// Decay of the advantage estimate.
+    pub lambda: f32,
+    /// Bound of the probability ratio.
+    pub clip: f32,
+    /// First learning rate; it follows the divergence.
+    pub rate: f32,
+    /// Divergence at which an iteration's update stops; half of it is aimed at.
+    pub divergence: f32,
+    /// Standard deviation of the exploration at the start and in the end, in units of the action.
+    pub sigma: (f32, f32),
+    /// Samples over which it falls from the first to the last.
+    pub sigma_samples: f64,
+    /// Iterations after which the normaliser stays.
+    pub normalizer_iterations: usize,
+    /// Trials of a measurement.
+    pub evaluation_trials: usize,
+    /// Iterations between measurements.
+    pub evaluate_every: usize,
+}
+
+impl Default for TrainOptions {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            threads: std::thread::available_parallelism().map_or(1, |n| n.get()),
+            pods: 4,
+            ticks: 32,
+            minibatch: 1024,
+            epochs: 2,
+            hidden: vec![128, 128, 128],
+            gamma: 0.97,
+            lambda: 0.95,
+            clip: 0.2,
+            rate: 3e-4,
+            divergence: 0.06,
+            sigma: (0.2, 0.08),
+            sigma_samples: 4e6,
+            normalizer_iterations: 60,
+            evaluation_trials: 128,
+            evaluate_every: 20,
+        }
+    }
+}
+
+/// Why training could not begin or go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// An option cannot be used.
+    #[error("train: {option} is {found}; {valid}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What it was.
+        found: String,
+        /// What would be valid.
+        valid: &'static str,
+    },
+    /// A checkpoint does not belong to this task.
+    #[error("checkpoint: {what} is {found}; the task has {expected}")]
+    Checkpoint {
+        /// What differs.
+        what: &'static str,
+        /// In the checkpoint.
+        found: String,
+        /// In the task.
+        expected: String,
+    },
+}
+
+/// One line of the training curve.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Iteration {
+    /// Number, from one.
+    pub number: usize,
+    /// Control samples so far.
+    pub samples: u64,
+    /// Seconds of training so far.
+    pub seconds: f64,
+    /// Mean reward per tick of the trials that ended, with exploration.
+    pub reward: f64,
+    /// Mean length of those trials, s.
+    pub length: f64,
+    /// Part of those trials that failed.
+    pub failed: f64,
+    /// Divergence of the update.
+    pub divergence: f32,
+    /// Learning rate.
+    pub rate: f32,
+    /// Standard deviation of the exploration.
+    pub sigma: f32,
+    /// Critic's mean squared error.
+    pub critic_loss: f32,
+    /// Measured survival (0 to 1) and reward per tick, where this iteration was measured.
+    pub evaluation: Option<(f64, f64)>,
+    /// Seconds of this iteration in: simulation, inference, learning.
+    pub parts: [f64; 3],
+}
+
+/// A policy that can be played.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Trained {
+    /// The network.
+    pub actor: Network,
+    /// Its normaliser.
+    pub normalizer: Normalizer,
+    /// Measured survival and reward per tick.
+    pub evaluation: (f64, f64),
+    /// Iteration it comes from.
+    pub iteration: usize,
+}
+
+/// Everything a training needs to go on later.
+#[derive(Serialize, Deserialize)]
+struct Checkpoint {
+    version: u32,
+    skill: String,
+    options: TrainOptions,
+    actor: Network,
+    critic: Network,
+    actor_adam: Adam,
+    critic_adam: Adam,
+    normalizer: Normalizer,
+    starts: StartSampler,
+    curve: Vec<Iteration>,
+    rate: f32,
+    best: Option<Trained>,
+}
+
+/// A training under way.
+pub struct Trainer {
+    task: Arc<SkillTask>,
+    options: TrainOptions,
+    learner: Learner,
+    normalizer: Normalizer,
+    starts: StartSampler,
+    pods: Vec<Pod>,
+    random: RandomStream,
+    rate: f32,
+    curve: Vec<Iteration>,
+    best: Option<Trained>,
+}
+
+impl Trainer {
+    /// Begins a training.
+    pub fn new(task: SkillTask, options: TrainOptions) -> Result<Self, TrainError> {
+        let task = Arc::new(task);
+        check(&options)?;
+        let (inputs, outputs) = (task.layout.size(), task.action_size());
+        let sizes = |last: usize| -> Vec<usize> {
+            core::iter::once(inputs).chain(options.hidden.iter().copied()).chain([last]).collect()
+        };
+        let mut random = RandomStream::new(options.seed, 1);
+        let actor = Network::new(&sizes(outputs), Activation::Tanh, 0.01, &mut random);
+        let critic = Network::new(&sizes(1), Activation::Tanh, 1.0, &mut random);
+        let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+        let mut trainer = Self {
+            learner: Learner::new(actor, critic),
+            normalizer: Normalizer::new(inputs),
+            starts,
+            pods: Vec::new(),
+            random: RandomStream::new(options.seed, 2),
+            rate: options.rate,
+            curve: Vec::new(),
+            best: None,
+            task,
+            options,
+        };
+        trainer.open_pods(0);
+        Ok(trainer)
+    }
+
+    /// Goes on from what [`Trainer::checkpoint`] gave. Trials begin anew, so the continuation is not that of an
+    /// uninterrupted training, bit for bit.
+    pub fn resume(task: SkillTask, checkpoint: &str) -> Result<Self, TrainError> {
+        let broken = |found: String| TrainError::Checkpoint { what: "text", found, expected: "a checkpoint".into() };
+        let saved: Checkpoint = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
+        let differs = |what, found: &dyn core::fmt::Display, expected: &dyn core::fmt::Display| {
+            Err(TrainError::Checkpoint { what, found: found.to_string(), expected: expected.to_string() })
+        };
+        if saved.version != 1 {
+            return differs("version", &saved.version, &1);
+        }
+        if saved.skill != task.skill.name {
+            return differs("skill", &saved.skill, &task.skill.name);
+        }
+        if saved.actor.inputs() != task.layout.size() || saved.normalizer.shift.len() != task.layout.size() {
+            return differs("observation", &saved.actor.inputs(), &task.layout.size());
+        }
+        if saved.actor.outputs() != task.action_size() {
+            return differs("action", &saved.actor.outputs(), &task.action_size());
+        }
+        if (saved.critic.inputs(), saved.critic.outputs()) != (task.layout.size(), 1) {
+            return differs("critic's output", &saved.critic.outputs(), &1);
+        }
+        for (adam, network) in [(&saved.actor_adam, &saved.actor), (&saved.critic_adam, &saved.critic)] {
+            if adam.parameters() != network.parameters().len() {
+                return differs("optimiser's length", &adam.parameters(), &network.parameters().len());
+            }
+        }
+        let mut trainer = Self::new(task, saved.options)?;
+        trainer.learner = Learner::new(saved.actor, saved.critic);
+        trainer.learner.actor_adam = saved.actor_adam;
+        trainer.learner.critic_adam = saved.critic_adam;
+        trainer.normalizer = saved.normalizer;
+        trainer.starts = saved.starts;
+        trainer.curve = saved.curve;
+        trainer.rate = saved.rate;
+        trainer.best = saved.best;
+        let done = trainer.curve.len() as u64;
+        trainer.random = RandomStream::new(trainer.options.seed, 2 + (done << 32));
+        trainer.open_pods(done);
+        Ok(trainer)
+    }
+
+    fn open_pods(&mut self, done: u64) {
+        let (task, seed, starts) = (&self.task, self.options.seed, &self.starts);
+        self.pods = (0..self.options.pods as u64).map(|n| Pod::new(task, seed, n + (done << 32), starts)).collect();
+    }
+
+    /// The whole state but the trials under way, as JSON.
+    pub fn checkpoint(&self) -> String {
+        let saved = Checkpoint {
+            version: 1,
+            skill: self.task.skill.name.clone(),
+            options: self.options.clone(),
+            actor: self.learner.actor.clone(),
+            critic: self.learner.critic.clone(),
+            actor_adam: self.learner.actor_adam.clone(),
+            critic_adam: self.learner.critic_adam.clone(),
+            normalizer: self.normalizer.clone(),
+            starts: self.starts.clone(),
+            curve: self.curve.clone(),
+            rate: self.rate,
+            best: self.best.clone(),
+        };
+        serde_json::to_string(&saved).unwrap_or_default()
+    }
+
+    /// Continues from another policy of the same sizes instead of a random one.
+    pub fn start_from(&mut self, other: &Trained) -> Result<(), TrainError> {
+        if other.actor.sizes() != self.learner.actor.sizes() {
+            return Err(TrainError::Checkpoint {
+                what: "network",
+                found: format!("{:?}", other.actor.sizes()),
+                expected: format!("{:?}", self.learner.actor.sizes()),
+            });
+        }
+        self.learner.actor = other.actor.clone();
+        self.normalizer = other.normalizer.clone();
+        Ok(())
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Arc<SkillTask> {
+        &self.task
+    }
+    /// The curve so far.
+    pub fn curve(&self) -> &[Iteration] {
+        &self.curve
+    }
+    /// The best policy so far, by the measurements.
+    pub fn best(&self) -> Option<&Trained> {
+        self.best.as_ref()
+    }
+    /// The policy as it is now.
+    pub fn present(&self) -> Trained {
+        Trained {
+            actor: self.learner.actor.clone(),
+            normalizer: self.normalizer.clone(),
+            evaluation: (0.0, 0.0),
+            iteration: self.curve.len(),
+        }
+    }
+
+    /// One iteration: play, learn, and now and then measure.
+    pub fn iterate(&mut self) -> Iteration {
+        let began = Instant::now();
+        let before = self.curve.last().copied().unwrap_or_default();
+        let o = &self.options;
+        let faded = (before.samples as f64 / o.sigma_samples).min(1.0) as f32;
+        let sigma = o.sigma.0 * (o.sigma.1 / o.sigma.0).powf(faded);
+
+        // Play.
+        let player = Player {
+            actor: &self.learner.actor,
+            critic: &self.learner.critic,
+            normalizer: &self.normalizer,
+            sigma,
+            gamma: o.gamma,
+            lambda: o.lambda,
+        };
+        let (starts, ticks) = (&self.starts, o.ticks);
+        let per_thread = self.pods.len().div_ceil(o.threads.max(1));
+        std::thread::scope(|scope| {
+            for part in self.pods.chunks_mut(per_thread) {
+                let player = &player;
+                scope.spawn(move || part.iter_mut().for_each(|pod| pod.play(player, ticks, starts)));
+            }
+        });
+        let playing = began.elapsed().as_secs_f64();
+
+        // Learn.
+        let learning = Instant::now();
+        let update = UpdateOptions {
+            minibatch: o.minibatch,
+            epochs: o.epochs,
+            clip: o.clip,
+            // The first updates are small: Adam's second moments are not known yet.
+            rate: self.rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0),
+            critic_rate: 1e-3,
+            largest_divergence: o.divergence,
+            largest_gradient: 1.0,
+            sigma,
+            threads: o.threads,
+        };
+        let report = self.learner.update(&self.pods, &update, &mut self.random);
+        if report.divergence > o.divergence {
+            self.rate = (self.rate / 1.2).max(2e-5);
+        } else if report.divergence < 0.5 * o.divergence {
+            self.rate = (self.rate * 1.1).min(1e-3);
+        }
+        let learning = learning.elapsed().as_secs_f64();
+
+        let counts: Vec<_> = self.pods.iter().map(|p| p.counts.clone()).collect();
+        self.starts.add(&counts);
+        if self.curve.len() < o.normalizer_iterations {
+            for pod in &self.pods {
+                self.normalizer.update(&pod.raw);
+            }
+        }
+
+        let trials: Vec<_> = self.pods.iter().flat_map(|p| &p.trials).collect();
+        let ended = trials.len().max(1) as f64;
+        let all_ticks: usize = trials.iter().map(|t| t.ticks).sum();
+        let shares: (f64, f64) = self.pods.iter().fold((1e-9, 1e-9), |s, p| (s.0 + p.seconds.0, s.1 + p.seconds.1));
+        let simulation = playing * shares.0 / (shares.0 + shares.1);
+        let number = self.curve.len() + 1;
+        let mut iteration = Iteration {
+            number,
+            samples: before.samples + (self.pods.len() * POD_ROWS * ticks) as u64,
+            seconds: before.seconds,
+            reward: trials.iter().map(|t| t.reward).sum::<f64>() / all_ticks.max(1) as f64,
+            length: all_ticks as f64 / ended / self.task.skill.control_rate,
+            failed: trials.iter().filter(|t| t.failed).count() as f64 / ended,
+            divergence: report.divergence,
+            rate: self.rate,
+            sigma,
+            critic_loss: report.critic_loss,
+            evaluation: None,
+            parts: [simulation, playing - simulation, learning],
+        };
+        if number.is_multiple_of(self.options.evaluate_every.max(1)) {
+            let found = self.measure(number as u64);
+            iteration.evaluation = Some((found.survival(), found.reward));
+            let score = |e: (f64, f64)| e.0 + 0.5 * e.1;
+            let now = (found.survival(), found.reward);
+            if self.best.as_ref().is_none_or(|b| score(now) >= score(b.evaluation)) {
+                self.best = Some(Trained { evaluation: now, ..self.present() });
+            }
+        }
+        iteration.seconds += began.elapsed().as_secs_f64();
+        self.curve.push(iteration);
+        iteration
+    }
+
+    /// The present policy without exploration, on trials of their own.
+    fn measure(&self, number: u64) -> EvaluationReport {
+        let actor = MeanActor(&self.learner.actor, &self.normalizer);
+        let from_start = self.task.motion.cycle().is_none();
+        let seed = self.options.seed ^ (0x6d65_6173 + number);
+        evaluate::<Lanes, _>(
+            &self.task,
+            &actor,
+            self.options.evaluation_trials,
+            seed,
+            self.options.threads,
+            from_start,
+            false,
+        )
+    }
+}
+
+fn check(o: &TrainOptions) -> Result<(), TrainError> {
+    let bad = |option, found: String, valid| Err(TrainError::Option { option, found, valid });
+    if !(1..=256).contains(&o.threads) {
+        return bad("threads", o.threads.to_string(), "1 to 256");
+    }
+    if !(1..=4096).contains(&o.pods) {
+        return bad("pods", o.pods.to_string(), "1 to 4096");
+    }
+    if !(1..=4096).contains(&o.ticks) {
+        return bad("ticks", o.ticks.to_string(), "1 to 4096");
+    }
+    if !(1..=1 << 20).contains(&o.minibatch) {
+        return bad("minibatch", o.minibatch.to_string(), "1 to 1048576");
+    }
+    if o.hidden.is_empty() || o.hidden.len() > 8 || o.hidden.iter().any(|h| !(1..=4096).contains(h)) {
+        return bad("hidden", format!("{:?}", o.hidden), "1 to 8 layers of 1 to 4096");
+    }
+    if !(0.0..1.0).contains(&o.gamma) || !(0.0..=1.0).contains(&o.lambda) {
+        return bad("gamma, lambda", format!("{}, {}", o.gamma, o.lambda), "from 0 to 1");
+    }
+    if !(o.sigma.0 > 0.0 && o.sigma.1 > 0.0 && o.sigma.0.is_finite() && o.sigma.1.is_finite()) {
+        return bad("sigma", format!("{:?}", o.sigma), "two positive numbers");
+    }
+    Ok(())
+}

@@ -1,0 +1,217 @@
+//! Learning: what is learnt does not depend on the number of threads, a training goes on from its checkpoint, what is exported
+//! acts as what was trained, and files that do not fit are refused with what did not fit.
+//!
+//! The trainings here are a few iterations long: enough for every part to run, not to learn a skill.
+#![cfg(all(feature = "train", feature = "policy"))]
+
+use bevy_athlete::control::Policy;
+use bevy_athlete::control::tracking::{Heading, TrackedMotion, Tracker, TrackerOptions};
+use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
+use bevy_athlete::model::{KeyPoses, preset};
+use bevy_athlete::sim::{SimulationSettings, Simulator};
+use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::train::ppo::{Actor, SkillTask, TrainOptions, Trained, Trainer, evaluate, trained_policy_bytes};
+use std::sync::Arc;
+
+const POSES: &str = include_str!("../assets/skills/skating/stroking/stroking.keyposes.ron");
+
+fn task() -> SkillTask {
+    let model = preset("skater").unwrap();
+    let clip = KeyPoses::from_ron(POSES, "stroking").unwrap().to_clip(&model).unwrap();
+    let mut skill = SkillDefinition::imitate("stroking", "skater", "stroking.clip.ron");
+    skill.training_rate = Some(240.0);
+    skill.episode.seconds = 1.0;
+    SkillTask::new(&skill, model, &clip).unwrap()
+}
+
+fn options(threads: usize) -> TrainOptions {
+    TrainOptions {
+        threads,
+        pods: 2,
+        ticks: 8,
+        minibatch: 512,
+        hidden: vec![24, 16],
+        evaluation_trials: 16,
+        evaluate_every: 2,
+        ..TrainOptions::default()
+    }
+}
+
+fn trained(threads: usize, iterations: usize) -> Trainer {
+    let mut trainer = Trainer::new(task(), options(threads)).unwrap();
+    for _ in 0..iterations {
+        trainer.iterate();
+    }
+    trainer
+}
+
+#[test]
+fn one_and_two_threads_learn_the_same() {
+    let (one, two) = (trained(1, 3), trained(2, 3));
+    assert_eq!(one.present().actor.parameters(), two.present().actor.parameters());
+    assert_eq!(one.present().normalizer, two.present().normalizer);
+    let (a, b) = (one.best().unwrap(), two.best().unwrap());
+    assert_eq!(a.evaluation, b.evaluation);
+    let moved =
+        one.present().actor.parameters().iter().zip(trained(1, 0).present().actor.parameters()).any(|(a, b)| a != b);
+    assert!(moved, "something was learnt");
+}
+
+#[test]
+fn a_checkpoint_holds_all_that_was_learnt() {
+    let trainer = trained(2, 2);
+    let text = trainer.checkpoint();
+    let again = Trainer::resume(task(), &text).unwrap();
+    assert_eq!(again.present().actor, trainer.present().actor);
+    assert_eq!(again.curve().len(), 2);
+    assert!(again.checkpoint() == text, "a checkpoint of a checkpoint is the same");
+
+    let mut other = task();
+    other.skill.name = "crossover".into();
+    let refusal = Trainer::resume(other, &text).err().unwrap().to_string();
+    assert!(refusal.contains("stroking") && refusal.contains("crossover"), "{refusal}");
+    assert!(Trainer::resume(task(), &text[..text.len() / 2]).err().unwrap().to_string().contains("checkpoint"));
+}
+
+struct Network<'a>(&'a Trained);
+
+impl Actor for Network<'_> {
+    type Scratch = bevy_athlete::train::nn::Activations;
+    fn act<'a>(&'a self, scratch: &'a mut Self::Scratch, seen: &'a mut [f32], rows: usize) -> &'a [f32] {
+        self.0.normalizer.apply(seen);
+        self.0.actor.forward(scratch, seen, rows)
+    }
+}
+
+#[test]
+fn the_exported_policy_acts_as_the_trained_one() {
+    let trainer = trained(2, 2);
+    let task = trainer.task().clone();
+    let policy = trainer.present();
+    let bytes = trained_policy_bytes(&task, &policy, "stroking.clip.ron").unwrap();
+    let loaded = Policy::from_bytes(&bytes, "stroking").unwrap();
+    loaded.check_for(&task.model).unwrap();
+    let skill: SkillDefinition = loaded.contract().parse_skill_settings().unwrap();
+    assert_eq!(skill, task.skill);
+
+    let size = task.layout.size();
+    let rows = 5;
+    let seen: Vec<f32> = (0..rows * size).map(|k| ((k * 37 % 101) as f32 - 50.0) / 40.0).collect();
+    let mut out = Vec::new();
+    loaded.act(&seen, rows, &mut out).unwrap();
+    let (network, mut scratch) = (Network(&policy), Default::default());
+    let expected = network.act(&mut scratch, &mut seen.clone(), rows).to_vec();
+    let worst = out.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    println!("tract against the trainer: {worst:.2e} (allowed 1e-5)");
+    assert!(worst < 1e-5, "{worst}");
+
+    // Trials come out alike, whatever the number of threads.
+    let count = |threads| evaluate::<F32x8, _>(&task, &loaded, 16, 5, threads, false, false);
+    assert_eq!(count(1), count(2));
+}
+
+#[test]
+fn a_lane_put_onto_its_reference_is_there() {
+    let task = task();
+    let mut sim = Simulator::<F32x8Fused>::new(task.model.clone(), SimulationSettings::of(&task.model));
+    let mut tracker = Tracker::new(task.motion.clone(), TrackerOptions::default());
+    for lane in 0..F32x8Fused::LANES {
+        tracker.begin(&mut sim, lane, 5 * lane, task.motion.mean_speed());
+    }
+    let terms = tracker.terms(&mut sim, &task.weights);
+    for lane in 0..F32x8Fused::LANES {
+        let all = [terms.pose, terms.velocity, terms.ends, terms.root, terms.spin, terms.com_velocity, terms.place];
+        let worst = all.iter().map(|t| t.lane(lane)).fold(0.0, f64::max);
+        assert!(worst < 1e-4 && terms.height.lane(lane).abs() < 1e-4, "lane {lane}: {worst}");
+    }
+    let mut seen = Vec::new();
+    tracker.observe(&mut sim, &mut seen);
+    assert_eq!(seen.len(), task.layout.size());
+
+    // Turned and pushed away, the reference on a leash of half a metre is half a metre off.
+    let options = TrackerOptions { leash: Some(0.5), ..TrackerOptions::default() };
+    let mut tracker = Tracker::new(task.motion.clone(), options);
+    for lane in 0..F32x8Fused::LANES {
+        tracker.begin(&mut sim, lane, 0, 2.0);
+    }
+    sim.state.root_position += Vec3::splat(glam::DVec3::new(3.0, 0.0, 0.0));
+    sim.state_changed();
+    tracker.advance(&sim);
+    let away = tracker.terms(&mut sim, &task.weights).place.lane(0).sqrt();
+    assert!((away - 0.5).abs() < 1e-3, "{away}");
+}
+
+#[test]
+fn a_cycle_goes_on_where_it_ended() {
+    let model = preset("skater").unwrap();
+    let mut poses = KeyPoses::from_ron(POSES, "stroking").unwrap();
+    (poses.repeat, poses.acceleration) = (1, 0.0);
+    let clip = poses.to_clip(&model).unwrap();
+    let motion = TrackedMotion::cyclic(&clip, &model, 30.0, true).unwrap();
+    let (first, last) = (motion.tick(0), motion.tick(motion.last()));
+    let moved = motion.cycle().unwrap().apply(first.pose.root_position);
+    assert!(moved.distance(last.pose.root_position) < 1e-9);
+    let worst = first.pose.joints.iter().zip(&last.pose.joints).map(|(a, b)| 1.0 - a.dot(*b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-12, "{worst}");
+    assert!((motion.mean_speed() - 2.4).abs() < 0.1, "{}", motion.mean_speed());
+    for tick in 0..=motion.last() {
+        let sum: f64 = motion.tick(tick).phase.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-9, "tick {tick}: {sum}");
+    }
+
+    // A tracker that runs over the seam keeps the reference's speed.
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let mut tracker = Tracker::new(Arc::new(motion), TrackerOptions::default());
+    tracker.begin(&mut sim, 0, 0, 2.4);
+    let mut before = tracker.reference_root();
+    for _ in 0..80 {
+        tracker.advance(&sim);
+        let now = tracker.reference_root();
+        let speed = (now - before).length() * 30.0;
+        assert!((1.8..3.0).contains(&speed), "{speed} m/s at tick {}", tracker.tick(0));
+        before = now;
+    }
+}
+
+#[test]
+fn headings_turn_without_trigonometry() {
+    for degrees in [-179.0_f64, -91.0, -30.0, 0.0, 44.0, 90.0, 135.0, 180.0] {
+        let angle = degrees.to_radians();
+        let q = glam::DQuat::from_rotation_y(angle) * glam::DQuat::from_rotation_x(0.3);
+        let heading = Heading::<f64>::of(bevy_athlete::math::Quat::splat(q));
+        assert!((heading.c - angle.cos()).abs() < 1e-12 && (heading.s - angle.sin()).abs() < 1e-12, "{degrees}");
+        let turned = heading.to_quat().rotate(Vec3::splat(glam::DVec3::NEG_Z)).lane(0);
+        assert!(turned.distance(glam::DQuat::from_rotation_y(angle) * glam::DVec3::NEG_Z) < 1e-8, "{degrees}");
+        let v = Vec3::splat(glam::DVec3::new(1.0, 2.0, 3.0));
+        assert!((heading.to_local(heading.to_world(v)) - v).length() < 1e-12);
+    }
+}
+
+#[test]
+fn skills_that_cannot_be_used_are_refused_by_field() {
+    let with = |text: &str| {
+        let whole = format!("(name: \"s\", character: \"skater\", motion: \"m.bvh\", {text})");
+        SkillDefinition::from_ron(&whole, "s.skill.ron").err().map(|e| e.to_string())
+    };
+    assert_eq!(with(""), None);
+    for (text, named) in [
+        ("control_rate: 0.0", "control_rate"),
+        ("training_rate: 100.0", "training_rate"),
+        ("action_scale: NaN", "action_scale"),
+        ("world: \"moon\"", "world"),
+        ("window: (2.0, 1.0)", "window"),
+        ("gains: (-1.0, 2.0)", "gains"),
+        ("episode: (seconds: 0.0)", "episode.seconds"),
+        ("episode: (friction: (0.2, 0.1))", "episode.friction"),
+        ("unknown: 1", "unknown"),
+    ] {
+        let refusal = with(text).unwrap_or_else(|| panic!("{text} was accepted"));
+        assert!(refusal.contains(named), "{text}: {refusal}");
+    }
+    let mut task = task();
+    assert!(task.at_rate(1000.0).is_err());
+    task.skill.episode.push =
+        Some(bevy_athlete::skill::PushOptions { link: "wing".into(), force: 1.0, seconds: 0.1, every: 1.0 });
+    let refusal = SkillTask::new(&task.skill, task.model.clone(), &task.clip).err().unwrap().to_string();
+    assert!(refusal.contains("wing") && refusal.contains("pelvis"), "{refusal}");
+}
