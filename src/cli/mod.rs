@@ -25,6 +25,6 @@ pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
 pub use push::Push;
-pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_skill, load_task};
+pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_task};
 pub use timing::{BenchRow, LANE_NAMES, time_scene};
 pub use world_spec::WorldSpec;

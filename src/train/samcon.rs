@@ -19,7 +19,7 @@ use crate::dynamics::State;
 use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
 use crate::model::{CharacterModel, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links};
+use crate::train::samcon_cost::{CostScales, CostTarget, cost};
 use glam::{DQuat, DVec3};
 
 /// How to search.
@@ -438,7 +438,7 @@ fn search_once(
         });
     }
     let reference = Reference::new(&model_clip, options.tick_rate, None);
-    let ends = end_links(model);
+    let ends = model.end_links();
     let n = options.ticks_per_window;
     let windows = (reference.ticks.len() - 1).div_ceil(n).max(1);
     let last = reference.ticks.len() - 1;

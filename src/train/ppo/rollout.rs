@@ -122,7 +122,7 @@ impl Pod {
 
             let per = Lanes::LANES;
             for (b, env) in self.environments.iter_mut().enumerate() {
-                let outcomes = env.tick(&actions[b * per * outputs..(b + 1) * per * outputs], |_, _| ());
+                let outcomes = env.tick(&actions[b * per * outputs..(b + 1) * per * outputs]);
                 for (lane, outcome) in outcomes.into_iter().enumerate() {
                     let row = tick * rows + b * per + lane;
                     let failed = outcome.ending == Ending::Failed;
