@@ -66,6 +66,7 @@ fn random_poses(random: &mut RandomStream, model: &CharacterModel, count: usize)
             height: Some(random.range(0.5, 1.5)),
             root: draw(random),
             joints: joints.into_iter().map(|name| (name, draw(random))).collect(),
+            ..KeyPose::default()
         });
     }
     made

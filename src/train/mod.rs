@@ -1,6 +1,7 @@
 //! Making motions: methods that search for controls. Feature `train`.
 
 pub mod cma_es;
+pub mod objectives;
 mod samcon;
 mod samcon_cost;
 mod symmetric_eigen;
