@@ -2,6 +2,7 @@
 
 pub mod cma_es;
 pub mod objectives;
+pub mod optimize;
 mod samcon;
 mod samcon_cost;
 mod symmetric_eigen;

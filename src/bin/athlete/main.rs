@@ -3,6 +3,7 @@
 mod bench;
 mod export_mjcf;
 mod info;
+mod optimize;
 mod output;
 mod reconstruct;
 mod record;
@@ -28,6 +29,8 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Search for a control whose simulation follows a motion
     Reconstruct(reconstruct::Reconstruct),
+    /// Optimise the windows of a skill's key poses: a motion that was simulated
+    Optimize(optimize::Optimize),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
     ExportMjcf(export_mjcf::ExportMjcf),
     /// Show links, masses, joints and contact points of a character
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Simulate(command) => command.run(),
         Command::Reconstruct(command) => command.run(),
+        Command::Optimize(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Bench(command) => command.run(),
