@@ -5,8 +5,9 @@
 //! itself into the ice.
 #![cfg(feature = "train")]
 
+use bevy_athlete::control::ReferenceTick;
 use bevy_athlete::math::{F64x4, Quat, Real};
-use bevy_athlete::model::{BodyPart, ModelPose, Objective, Side, preset};
+use bevy_athlete::model::{BodyPart, CharacterModel, ModelPose, ModelVelocity, Objective, Side, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator};
 use bevy_athlete::train::objectives as measure;
 use glam::{DQuat, DVec3};
@@ -33,6 +34,10 @@ fn raised(height: f64) -> Simulator<f64> {
 
 fn moving(linear: DVec3, angular: DVec3) -> Simulator<f64> {
     placed(DVec3::ZERO, DQuat::IDENTITY, linear, angular)
+}
+
+fn still(model: &CharacterModel) -> ReferenceTick {
+    ReferenceTick { pose: ModelPose::zero(model), velocity: ModelVelocity::zero(model) }
 }
 
 fn near(found: f64, expected: f64) {
@@ -179,6 +184,21 @@ fn track_pose_is_the_squared_angle_and_knows_no_place() {
 }
 
 #[test]
+fn track_velocity_is_the_squared_difference_of_joint_velocities() {
+    let mut sim = standing::<f64>();
+    let links = sim.model().links.len();
+    let mut weights = vec![0.0; links];
+    (weights[2], weights[3]) = (1.0, 3.0);
+    let mut turning = vec![DVec3::ZERO; links];
+    turning[3] = DVec3::new(1.0, 2.0, 2.0);
+    near(measure::track_velocity(&sim, &vec![DVec3::ZERO; links], &weights), 0.0);
+    near(measure::track_velocity(&sim, &turning, &weights), 0.75 * 9.0);
+    sim.state.set_velocity(0, DVec3::X * 5.0, DVec3::Y, &turning);
+    near(measure::track_velocity(&sim, &turning, &weights), 0.0);
+    assert!(measure::track_velocity(&sim, &vec![DVec3::ZERO; links], &weights) > 6.0);
+}
+
+#[test]
 fn track_path_is_the_squared_distance_of_the_root() {
     let sim = raised(0.0);
     let place = sim.state.root_position.lane(0);
@@ -190,7 +210,7 @@ fn track_path_is_the_squared_distance_of_the_root() {
 fn all() -> Vec<Objective> {
     let text = "[BladeOnGround(side: Left), COMHeight(height: 0.8), MaxCOMHeight(), OnCOM(part: BladeRight), OnCOM(part: Head), \
         MaxAngularMomentum(to: Right), MaxVelocity(), COMVelocity(velocity: (0.2, 0.1, -2)), \
-        PelvisHeading(direction: (1, 0, 1)), TrackPose(), TrackPath(weight: 2, at_end: true)]";
+        PelvisHeading(direction: (1, 0, 1)), TrackPose(), TrackVelocity(), TrackPath(weight: 2, at_end: true)]";
     ron::from_str(text).unwrap()
 }
 
@@ -212,12 +232,13 @@ fn lanes_have_the_bits_of_the_scalar() {
     wide.state_changed();
     let model = wide.model().clone();
     let meter = measure::Meter::new(&model);
-    let mut pose = ModelPose::zero(&model);
-    pose.joints[3] = DQuat::from_rotation_x(0.4);
+    let mut tick = still(&model);
+    tick.pose.joints[3] = DQuat::from_rotation_x(0.4);
+    tick.velocity.joints[5] = DVec3::new(0.1, 2.0, -1.0);
     for objective in all() {
-        let together = meter.measure(&mut wide, &objective, &measure::Target::new(&pose));
+        let together = meter.measure(&mut wide, &objective, &measure::Target::new(&tick));
         for (lane, single) in singles.iter_mut().enumerate() {
-            let alone = meter.measure(single, &objective, &measure::Target::new(&pose));
+            let alone = meter.measure(single, &objective, &measure::Target::new(&tick));
             assert_eq!(together.lane(lane).to_bits(), alone.to_bits(), "{}", objective.label());
         }
     }
@@ -227,7 +248,7 @@ fn lanes_have_the_bits_of_the_scalar() {
 fn a_mirrored_objective_costs_the_mirrored_motion_the_same() {
     let model = preset("skater").unwrap();
     let meter = measure::Meter::new(&model);
-    let pose = ModelPose::zero(&model);
+    let tick = still(&model);
     let mirror = |v: DVec3| DVec3::new(-v.x, v.y, v.z);
     let turn = DQuat::from_scaled_axis(DVec3::new(0.1, 0.4, -0.2));
     // Rotations and angular velocities keep their part about x and change the sign of the others.
@@ -237,7 +258,7 @@ fn a_mirrored_objective_costs_the_mirrored_motion_the_same() {
     let mut image = placed(DVec3::X * -0.2, turned_back, mirror(linear), -mirror(angular));
     for objective in all() {
         // TrackPose and TrackPath compare with the key poses, which are mirrored themselves; the zero pose stays.
-        let target = measure::Target::new(&pose);
+        let target = measure::Target::new(&tick);
         let (a, b) =
             (meter.measure(&mut sim, &objective, &target), meter.measure(&mut image, &objective.mirrored(), &target));
         assert!((a - b).abs() < 1e-9 * a.max(1.0), "{}: {a} and {b}", objective.label());

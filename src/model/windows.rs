@@ -119,6 +119,13 @@ pub enum Objective {
         #[serde(default)]
         at_end: bool,
     },
+    /// The joints as fast as in the key poses. Not in the paper: without it limbs that matter little swing about.
+    TrackVelocity {
+        #[serde(default = "one")]
+        weight: f64,
+        #[serde(default)]
+        at_end: bool,
+    },
     /// The root where the key poses have it. Not in the paper, whose key poses have no place in the world.
     TrackPath {
         #[serde(default = "one")]
@@ -149,6 +156,7 @@ impl Objective {
             | O::COMVelocity { weight, at_end, .. }
             | O::PelvisHeading { weight, at_end, .. }
             | O::TrackPose { weight, at_end }
+            | O::TrackVelocity { weight, at_end }
             | O::TrackPath { weight, at_end } => (weight, at_end),
         }
     }
@@ -166,6 +174,7 @@ impl Objective {
             O::COMVelocity { velocity: (x, y, z), .. } => format!("COMVelocity {x} {y} {z}"),
             O::PelvisHeading { direction: (x, y, z), .. } => format!("PelvisHeading {x} {y} {z}"),
             O::TrackPose { .. } => "TrackPose".into(),
+            O::TrackVelocity { .. } => "TrackVelocity".into(),
             O::TrackPath { .. } => "TrackPath".into(),
         };
         if self.weight().1 { words + " at the end" } else { words }
@@ -187,7 +196,7 @@ impl Objective {
             // The mirror image of an axis to the right points left: it is turned round once more.
             O::PelvisHeading { direction: (_, y, z), .. } => (*y, *z) = (-*y, -*z),
             O::COMHeight { .. } | O::MaxCOMHeight { .. } | O::MaxVelocity { .. } => {}
-            O::TrackPose { .. } | O::TrackPath { .. } => {}
+            O::TrackPose { .. } | O::TrackVelocity { .. } | O::TrackPath { .. } => {}
         }
         self
     }
@@ -244,6 +253,8 @@ pub struct OptimizeRecord {
     pub knot_spacing: f64,
     /// Weight of `TrackPose` in windows that do not name it.
     pub track_pose: f64,
+    /// Weight of `TrackVelocity` in windows that do not name it.
+    pub track_velocity: f64,
     /// Weight of `TrackPath` in windows that do not name it.
     pub track_path: f64,
 }
@@ -257,6 +268,7 @@ impl Default for OptimizeRecord {
             seed: 1,
             knot_spacing: 0.15,
             track_pose: 1.0,
+            track_velocity: 1.0,
             track_path: 1.0,
         }
     }
@@ -277,7 +289,9 @@ impl OptimizeRecord {
         if !(0.02..=2.0).contains(&self.knot_spacing) {
             return Some(("knot_spacing", self.knot_spacing.to_string(), "0.02 to 2 s"));
         }
-        for (field, weight) in [("track_pose", self.track_pose), ("track_path", self.track_path)] {
+        for (field, weight) in
+            [("track_pose", self.track_pose), ("track_velocity", self.track_velocity), ("track_path", self.track_path)]
+        {
             if !(0.0..=MAX_WEIGHT).contains(&weight) {
                 return Some((field, weight.to_string(), "0 to 1e6"));
             }

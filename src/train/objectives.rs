@@ -15,8 +15,10 @@
 //! | COMVelocity | squared difference of velocities, m^2/s^2 | 0.20 m/s |
 //! | PelvisHeading | squared difference of unit vectors | 0.20 (11 degrees) |
 //! | TrackPose | weighted mean of squared angles, rad^2 | 0.20 rad |
+//! | TrackVelocity | weighted mean of squared differences, rad^2/s^2 | 3 rad/s |
 //! | TrackPath | squared distance of the roots, m^2 | 0.10 m |
 
+use crate::control::ReferenceTick;
 use crate::math::{Quat, Real, Vec3};
 use crate::model::{Blade, BodyPart, CharacterModel, Objective, Side};
 use crate::sim::Simulator;
@@ -39,6 +41,8 @@ const VELOCITY_SCALE: f64 = 0.20;
 const HEADING_SCALE: f64 = 0.20;
 /// Scale of TrackPose, rad.
 const POSE_SCALE: f64 = 0.20;
+/// Scale of TrackVelocity, rad/s.
+const JOINT_VELOCITY_SCALE: f64 = 3.0;
 /// Scale of TrackPath, m.
 const PATH_SCALE: f64 = 0.10;
 /// Height below which the centre of mass counts as being there, m: the reciprocal square has no bound at the ground.
@@ -152,6 +156,17 @@ pub fn track_pose<R: Real>(sim: &Simulator<R>, joints: &[Quat<R>], root: Quat<R>
     sum * R::splat(1.0 / whole.max(1e-9)) + squared_angle(sim.state.root_rotation, root)
 }
 
+/// Squared differences between the angular velocities of the joints and those of the key poses (child axes, rad/s), a mean
+/// weighted as in [`track_pose`], rad^2/s^2.
+pub fn track_velocity<R: Real>(sim: &Simulator<R>, velocities: &[DVec3], weights: &[f64]) -> R {
+    let (mut sum, mut whole) = (R::zero(), 0.0);
+    for ((state, target), weight) in sim.state.joints.iter().zip(velocities).zip(weights).skip(1) {
+        sum += (state.velocity - Vec3::splat(*target)).length_squared() * R::splat(*weight);
+        whole += weight;
+    }
+    sum * R::splat(1.0 / whole.max(1e-9))
+}
+
 /// Squared distance between the root and its place in the key poses, m^2.
 pub fn track_path<R: Real>(sim: &Simulator<R>, place: DVec3) -> R {
     (sim.state.root_position - Vec3::splat(place)).length_squared()
@@ -167,12 +182,15 @@ pub struct Target<R> {
     joints: Vec<Quat<R>>,
     root: Quat<R>,
     place: DVec3,
+    velocities: Vec<DVec3>,
 }
 
 impl<R: Real> Target<R> {
-    /// Of a pose, the same in every lane.
-    pub fn new(pose: &crate::model::ModelPose) -> Self {
+    /// Of a tick, the same in every lane.
+    pub fn new(tick: &ReferenceTick) -> Self {
+        let pose = &tick.pose;
         Self {
+            velocities: tick.velocity.joints.clone(),
             joints: pose.joints.iter().map(|q| Quat::splat(*q)).collect(),
             root: Quat::splat(pose.root_rotation),
             place: pose.root_position,
@@ -228,6 +246,9 @@ impl Meter {
             }
             Objective::TrackPose { .. } => {
                 over(track_pose(sim, &target.joints, target.root, &self.weights), POSE_SCALE)
+            }
+            Objective::TrackVelocity { .. } => {
+                over(track_velocity(sim, &target.velocities, &self.weights), JOINT_VELOCITY_SCALE)
             }
             Objective::TrackPath { .. } => over(track_path(sim, target.place), PATH_SCALE),
         }

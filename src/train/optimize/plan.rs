@@ -68,16 +68,18 @@ impl Plan {
                 continue;
             }
             let mut objectives = window.objectives.clone();
-            let named = |test: fn(&Objective) -> bool| objectives.iter().any(test);
-            let (pose, path) = (
-                named(|o| matches!(o, Objective::TrackPose { .. })),
-                named(|o| matches!(o, Objective::TrackPath { .. })),
-            );
-            if !pose {
-                objectives.push(Objective::TrackPose { weight: poses.optimize.track_pose, at_end: false });
-            }
-            if !path {
-                objectives.push(Objective::TrackPath { weight: poses.optimize.track_path, at_end: false });
+            // What is asked in every window, where it does not say itself how much.
+            let record = &poses.optimize;
+            let common = [
+                Objective::TrackPose { weight: record.track_pose, at_end: false },
+                Objective::TrackVelocity { weight: record.track_velocity, at_end: false },
+                Objective::TrackPath { weight: record.track_path, at_end: false },
+            ];
+            for objective in common {
+                let same = |o: &Objective| core::mem::discriminant(o) == core::mem::discriminant(&objective);
+                if !objectives.iter().any(same) {
+                    objectives.push(objective);
+                }
             }
             for objective in &mut objectives {
                 if let Some(missing) = Meter::lacks(model, objective) {

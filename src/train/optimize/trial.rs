@@ -98,9 +98,9 @@ impl<R: Real> Trial<R> {
                 for _ in 0..plan.steps_per_tick {
                     step(&mut self.sim, world);
                 }
-                let pose = &plan.reference.ticks[(tick + 1).min(plan.reference.ticks.len() - 1)].pose;
+                let aim = &plan.reference.ticks[(tick + 1).min(plan.reference.ticks.len() - 1)];
                 for (lane, cost) in costs.iter_mut().enumerate() {
-                    if cost.fell_at.is_none() && self.is_down(lane, pose) {
+                    if cost.fell_at.is_none() && self.is_down(lane, &aim.pose) {
                         cost.fell_at = Some(tick);
                         cost.fall = FALL_COST * (1.0 + (end - tick) as f64 / (end - begin) as f64);
                     }
@@ -108,7 +108,7 @@ impl<R: Real> Trial<R> {
                 if costs.iter().all(|c| c.fell_at.is_some()) {
                     return costs;
                 }
-                let target = Target::<R>::new(pose);
+                let target = Target::<R>::new(aim);
                 for (k, objective) in window.objectives.iter().enumerate() {
                     let (weight, at_end) = objective.weight();
                     if weight == 0.0 || (at_end && tick + 1 != window.ticks.end) {
