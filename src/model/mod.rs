@@ -11,6 +11,7 @@ mod overlap;
 mod presets;
 mod retarget;
 mod sole_height;
+mod windows;
 
 pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
@@ -22,3 +23,4 @@ pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
 pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};
 pub use retarget::{ImportError, import_bvh};
 pub use sole_height::SoleHeights;
+pub use windows::{BodyPart, Objective, OptimizeRecord, Side, Window};

@@ -4,6 +4,8 @@ pub mod cma_es;
 #[cfg(feature = "policy")]
 mod export_onnx;
 pub mod nn;
+pub mod objectives;
+pub mod optimize;
 pub mod ppo;
 mod samcon;
 mod samcon_cost;
