@@ -8,10 +8,13 @@ use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::{Heading, TrackedMotion, Tracker, TrackerOptions};
 use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
-use bevy_athlete::sim::{SimulationSettings, Simulator};
-use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::sim::{SimulationSettings, Simulator, step};
+use bevy_athlete::skill::{EpisodeOptions, SkillDefinition, SkillPlayer, TrainedSkill};
 use bevy_athlete::train::policy_bytes;
-use bevy_athlete::train::ppo::{Actor, SkillTask, TrainOptions, Trained, Trainer, evaluate, trained_policy};
+use bevy_athlete::train::ppo::{
+    Actor, Environment, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate, trained_policy,
+};
+use glam::DVec3;
 use std::sync::Arc;
 
 const POSES: &str = include_str!("../assets/skills/skating/stroking/stroking.keyposes.ron");
@@ -110,8 +113,61 @@ fn the_exported_policy_acts_as_the_trained_one() {
     assert!(worst < 1e-5, "{worst}");
 
     // Trials come out alike, whatever the number of threads.
-    let count = |threads| evaluate::<F32x8, _>(&task, &loaded, 16, 5, threads, false, false);
+    let count = |threads| evaluate::<F32x8, _>(&task, &loaded, 16, 5, threads);
     assert_eq!(count(1), count(2));
+}
+
+#[test]
+fn a_game_plays_what_was_trained() {
+    // The player of a game does step for step what a trial of the training does (but for the rounding of its own place and heading).
+    let mut skill = task().skill.clone();
+    skill.training_rate = None;
+    skill.episode = EpisodeOptions {
+        start: Some((0.0, 0.0)),
+        friction: None,
+        joint_noise: 0.0,
+        velocity_noise: 0.0,
+        ..EpisodeOptions::default()
+    };
+    let model = task().model.clone();
+    let task = Arc::new(SkillTask::new(&skill, model.clone(), &task().clip).unwrap());
+    let (layers, contract) = trained_policy(&task, &trained(2, 2).present(), "stroking.clip.ron");
+    let policy = Policy::from_bytes(&policy_bytes(&layers, &contract).unwrap(), "stroking").unwrap();
+
+    let mut trial = Environment::<f64>::new(task.clone(), 1, 1, &StartSampler::even(1, true));
+    let trained = TrainedSkill::new(skill, &task.clip, policy.clone(), &model).unwrap();
+    let mut player = SkillPlayer::new(Arc::new(trained), model.step_rate).unwrap();
+    let mut sim = Simulator::<f64>::new(model.clone(), task.settings);
+    let forwards = Heading::of(bevy_athlete::math::Quat::splat(task.motion.tick(0).pose.root_rotation));
+    player.begin(&mut sim, forwards, DVec3::ZERO, None);
+
+    let (mut row, mut action) = (vec![0.0; task.layout.size()], Vec::new());
+    for tick in 0..40 {
+        trial.observe(&mut row);
+        policy.act(&row, 1, &mut action).unwrap();
+        trial.tick(&action);
+        for _ in 0..(model.step_rate / 30.0) as usize {
+            player.drive(&mut sim).unwrap();
+            step(&mut sim, &task.world);
+            player.after_step(&sim);
+        }
+        let away = (trial.sim.state.root_position - sim.state.root_position).lane(0).length();
+        assert!(away < 1e-7, "tick {tick}: {away}");
+        assert_eq!(trial.tracker.tick(0), player.tick());
+    }
+
+    // A body that is taken over in the middle is where its reference is, and stays so however it is turned.
+    let turned = Heading { c: 0.6, s: 0.8 };
+    player.begin(&mut sim, turned, DVec3::new(3.0, 0.0, -2.0), None);
+    let root = sim.state.root_position.lane(0);
+    assert!((root.x - 3.0).abs() < 1e-9 && (root.z + 2.0).abs() < 1e-9, "{root}");
+    let faces = Heading::of(sim.state.root_rotation);
+    assert!((faces.c - 0.6).abs() < 1e-9 && (faces.s - 0.8).abs() < 1e-9, "{faces:?}");
+    player.join(&mut sim, 0);
+    let reference = player.reference_pose();
+    assert!((reference.root_position - root).length() < 1e-6, "{}", reference.root_position - root);
+    let angle = reference.root_rotation.angle_between(sim.state.root_rotation.lane(0));
+    assert!(angle < 0.05, "{angle}");
 }
 
 #[test]
@@ -214,8 +270,14 @@ fn skills_that_cannot_be_used_are_refused_by_field() {
     }
     let mut task = task();
     assert!(task.at_rate(1000.0).is_err());
-    task.skill.episode.push =
-        Some(bevy_athlete::skill::PushOptions { link: "wing".into(), force: 1.0, seconds: 0.1, every: 1.0 });
+    task.skill.episode.push = Some(bevy_athlete::skill::PushOptions {
+        link: "wing".into(),
+        force: (0.0, 1.0),
+        seconds: 0.1,
+        every: 1.0,
+        count: None,
+        airborne: false,
+    });
     let refusal = SkillTask::new(&task.skill, task.model.clone(), &task.clip).err().unwrap().to_string();
     assert!(refusal.contains("wing") && refusal.contains("pelvis"), "{refusal}");
 }

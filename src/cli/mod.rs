@@ -8,6 +8,8 @@
 //! | [`WorldSpec`] | the worlds that have a name: `ice`, `ground`, `slope:10` ... |
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
+//! | [`run_program`] | performs a program of skills from a disturbed start |
+//! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
@@ -17,6 +19,7 @@ mod frames;
 mod info;
 mod input;
 mod perform;
+mod program_run;
 mod push;
 mod skills;
 mod timing;
@@ -27,7 +30,8 @@ pub use frames::FrameRecorder;
 pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
+pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
-pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_task};
+pub use skills::{SKILLS_FOLDER, SkillInputError, find_program, find_skill, load_task, load_trained_skill};
 pub use timing::{BenchRow, LANE_NAMES, time_scene};
 pub use world_spec::WorldSpec;

@@ -2,7 +2,9 @@
 
 use crate::asset::clip::MotionClip;
 use crate::cli::{InputError, load_character, load_motion};
-use crate::skill::{SkillDefinition, SkillError};
+use crate::control::{Policy, PolicyError};
+use crate::model::SharedModel;
+use crate::skill::{SkillDefinition, SkillError, TrainedSkill, TrainedSkillError};
 use crate::train::ppo::{SkillTask, TaskError};
 use std::path::{Path, PathBuf};
 
@@ -30,6 +32,12 @@ pub enum SkillInputError {
     /// The parts do not fit together.
     #[error(transparent)]
     Task(#[from] TaskError),
+    /// The policy cannot be read.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
+    /// The policy does not fit.
+    #[error(transparent)]
+    Trained(#[from] TrainedSkillError),
 }
 
 /// The skill file with this name below [`SKILLS_FOLDER`], or at this path.
@@ -58,6 +66,24 @@ pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
         }
     }
     Err(SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
+}
+
+/// The program file with this name below [`SKILLS_FOLDER`], or at this path.
+pub fn find_program(name: &str) -> Option<PathBuf> {
+    if name.ends_with(".program.ron") && Path::new(name).is_file() {
+        return Some(PathBuf::from(name));
+    }
+    let families = std::fs::read_dir(SKILLS_FOLDER).ok()?;
+    families.filter_map(|e| e.ok().map(|e| e.path().join(format!("{name}.program.ron")))).find(|p| p.is_file())
+}
+
+/// A skill with its motion and its policy, `policy.onnx` beside the skill file.
+pub fn load_trained_skill(name: &str, model: &SharedModel) -> Result<TrainedSkill, SkillInputError> {
+    let file = find_skill(name)?;
+    let skill = SkillDefinition::load(&file)?;
+    let clip = load_motion(&skill.motion, None, model)?;
+    let policy = Policy::load(file.with_file_name("policy.onnx"))?;
+    Ok(TrainedSkill::new(skill, &clip, policy, model)?)
 }
 
 /// Makes a skill ready for trials. `map` is the joint map of a `.bvh` motion.

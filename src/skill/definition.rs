@@ -1,5 +1,6 @@
 //! The description of a skill: which motion is followed, how, and what a trial looks like. `*.skill.ron`.
 
+use super::TrialOptions;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -55,6 +56,9 @@ pub struct SkillDefinition {
     /// When a trial in training ends early.
     #[serde(default)]
     pub limits: TerminationLimits,
+    /// How its policy is judged.
+    #[serde(default)]
+    pub trial: TrialOptions,
 }
 
 fn ice() -> String {
@@ -85,8 +89,8 @@ pub struct EpisodeOptions {
     pub velocity_noise: f64,
     /// Pushes in training.
     pub push: Option<PushOptions>,
-    /// Trials start at the beginning of the motion only.
-    pub from_start: bool,
+    /// Where in the motion trials begin, s; `None` is anywhere.
+    pub start: Option<Range>,
 }
 
 impl Default for EpisodeOptions {
@@ -99,7 +103,7 @@ impl Default for EpisodeOptions {
             joint_noise: 0.05,
             velocity_noise: 0.1,
             push: None,
-            from_start: false,
+            start: None,
         }
     }
 }
@@ -110,12 +114,18 @@ impl Default for EpisodeOptions {
 pub struct PushOptions {
     /// Link that is pushed, at its centre of mass.
     pub link: String,
-    /// Largest force, N; evenly drawn from zero.
-    pub force: f64,
+    /// Force, N.
+    pub force: Range,
     /// Length of a push, s.
     pub seconds: f64,
     /// Mean time between pushes, s.
     pub every: f64,
+    /// Pushes in a trial; `None` is no limit.
+    #[serde(default)]
+    pub count: Option<usize>,
+    /// Pushes only in the air, one in each flight.
+    #[serde(default)]
+    pub airborne: bool,
 }
 
 /// Weights of the reward's terms, and how fast each falls with its error: `weight * exp(-sharpness * error)`. The weights
@@ -232,6 +242,7 @@ impl SkillDefinition {
             episode: EpisodeOptions::default(),
             reward: RewardScales::default(),
             limits: TerminationLimits::default(),
+            trial: TrialOptions::default(),
         }
     }
 
@@ -289,31 +300,49 @@ impl SkillDefinition {
         if self.gains.is_some_and(|(kp, kd)| !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd))) {
             return bad("gains", format!("{:?}", self.gains), "two numbers from 0 to 1e6");
         }
-        let e = &self.episode;
-        if !(0.1..=600.0).contains(&e.seconds) {
-            return bad("episode.seconds", e.seconds.to_string(), "0.1 to 600 s");
+        let (e, t) = (&self.episode, &self.trial);
+        for (field, seconds) in [("episode.seconds", e.seconds), ("trial.seconds", t.seconds)] {
+            if !(0.1..=600.0).contains(&seconds) {
+                return bad(field, seconds.to_string(), "0.1 to 600 s");
+            }
         }
         let ranges = [
             ("episode.speed", e.speed, 30.0),
             ("episode.start_speed", e.start_speed, 30.0),
             ("episode.friction", e.friction, 10.0),
+            ("episode.start", e.start, 3600.0),
+            ("trial.friction", t.friction, 10.0),
+            ("trial.start", t.start, 3600.0),
         ];
-        for (field, range, most) in ranges {
+        let rows = t
+            .rows
+            .iter()
+            .flat_map(|r| [("trial.rows speed", r.speed, 30.0), ("trial.rows start_speed", r.start_speed, 30.0)]);
+        for (field, range, most) in ranges.into_iter().chain(rows) {
             if range.is_some_and(|(a, b)| !(0.0 <= a && a <= b && b <= most)) {
                 return bad(field, format!("{range:?}"), &format!("two numbers in order, from 0 to {most}"));
             }
         }
-        if !((0.0..=1.0).contains(&e.joint_noise) && (0.0..=5.0).contains(&e.velocity_noise)) {
-            return bad(
-                "episode noise",
-                format!("{}, {}", e.joint_noise, e.velocity_noise),
-                "0 to 1 rad and 0 to 5 m/s",
-            );
-        }
-        if let Some(push) = &e.push
-            && !((0.0..=1e5).contains(&push.force) && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1)
+        for (field, joint, velocity) in
+            [("episode noise", e.joint_noise, e.velocity_noise), ("trial noise", t.joint_noise, t.velocity_noise)]
         {
-            return bad("episode.push", format!("{push:?}"), "0 to 1e5 N, 0 to 10 s, every 0.1 s or more");
+            if !((0.0..=1.0).contains(&joint) && (0.0..=5.0).contains(&velocity)) {
+                return bad(field, format!("{joint}, {velocity}"), "0 to 1 rad and 0 to 5 m/s");
+            }
+        }
+        for push in e.push.iter().chain(t.rows.iter().filter_map(|r| r.push.as_ref())) {
+            let (least, most) = push.force;
+            let force = 0.0 <= least && least <= most && most <= 1e5;
+            if !(force && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1) {
+                return bad("push", format!("{push:?}"), "0 to 1e5 N in order, 0 to 10 s, every 0.1 s or more");
+            }
+        }
+        let mut names = std::collections::BTreeSet::new();
+        if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {
+            return bad("trial.rows", format!("the name `{}`", row.name), "a name used once");
+        }
+        if !(t.pelvis.is_finite() && t.pelvis >= 0.0) {
+            return bad("trial.pelvis", t.pelvis.to_string(), "0 m or more");
         }
         Ok(())
     }

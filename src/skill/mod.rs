@@ -1,7 +1,27 @@
 //! Skills: what a trained athlete can do, described in a file; and the tests that say whether it was done.
 
+mod criteria;
 mod definition;
+mod performance;
+mod prepare;
+#[cfg(feature = "policy")]
+mod program;
+#[cfg(feature = "policy")]
+mod trained;
+mod transition;
+mod trial;
 
+pub use criteria::{
+    Criterion, Flight, LIFT, SETTLE, SHORTEST_FLIGHT, Shortfall, Way, crossings, flights, strokes, yaw_over,
+};
 pub use definition::{
     EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits,
 };
+pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
+pub use prepare::forbidden_points;
+#[cfg(feature = "policy")]
+pub use program::{ProgramDefinition, ProgramElement, ProgramError, ProgramNews, ProgramPlayer};
+#[cfg(feature = "policy")]
+pub use trained::{SkillPlayer, TrainedSkill, TrainedSkillError};
+pub use transition::{Transition, best_transition, tick_distance};
+pub use trial::{TrialOptions, TrialRow};

@@ -2,10 +2,10 @@
 
 use crate::output::{Outcome, say, say_json};
 use bevy_athlete::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
-use bevy_athlete::cli::{FrameRecorder, load_task};
+use bevy_athlete::cli::{FrameRecorder, find_skill, load_task};
 use bevy_athlete::control::Policy;
 use bevy_athlete::math::F32x8;
-use bevy_athlete::skill::{PushOptions, SkillDefinition};
+use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, evaluate};
 use clap::Args;
@@ -19,14 +19,17 @@ use std::sync::Arc;
 /// simulation rate, as in a game. Writes the robustness card beside the policy.
 #[derive(Debug, Args)]
 pub struct Evaluate {
-    /// The policy: a .onnx file, or a folder that `athlete train` has filled
+    /// A skill with a trained policy, a .onnx file, or a folder that `athlete train` has filled
     policy: PathBuf,
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
     trials: usize,
-    /// A row with pushes at the trunk from random sides, up to so many newtons for 0.1 s, every second on average
+    /// Instead of the skill's own rows: three pushes of so many newtons for 0.1 s at the trunk, from random sides
     #[arg(long)]
     push: Option<f64>,
+    /// Instead of the skill's own rows: speeds drawn from this range, such as 0..2.5 (m/s)
+    #[arg(long)]
+    speed: Option<String>,
     /// Seed of the trials
     #[arg(long, default_value_t = 1_000_003)]
     seed: u64,
@@ -41,6 +44,27 @@ pub struct Evaluate {
     json: bool,
 }
 
+/// The policy file of a skill, a folder or a path.
+fn policy_file(given: &Path) -> Result<PathBuf, Box<dyn std::error::Error>> {
+    if given.is_dir() {
+        return Ok(given.join("policy.onnx"));
+    }
+    if given.extension().is_some() || given.is_file() {
+        return Ok(given.to_path_buf());
+    }
+    let skill = find_skill(&given.to_string_lossy())?;
+    Ok(skill.with_file_name("policy.onnx"))
+}
+
+/// `0..2.5` as two numbers in order.
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let parsed = text.split_once("..").and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    match parsed {
+        Some((a, b)) if (0.0..=30.0).contains(&a) && a <= b && b <= 30.0 => Ok((a, b)),
+        _ => Err(format!("--speed `{text}`: valid is two numbers in order from 0 to 30, such as 0..2.5")),
+    }
+}
+
 impl Evaluate {
     pub fn run(&self) -> Outcome {
         if !(1..=1_000_000).contains(&self.trials) {
@@ -49,36 +73,37 @@ impl Evaluate {
         if self.push.is_some_and(|n| !(0.0..=1e5).contains(&n)) {
             return Err(format!("--push {:?}: valid is 0 to 100000 N", self.push).into());
         }
-        let file = if self.policy.is_dir() { self.policy.join("policy.onnx") } else { self.policy.clone() };
+        let file = policy_file(&self.policy)?;
         let policy = Policy::load(&file)?;
         let contract = policy.contract();
-        let mut skill: SkillDefinition = contract.parse_skill_settings()?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        skill.motion = folder.join(&contract.reference.file);
-        if self.push.is_some() && skill.episode.push.is_none() {
-            skill.episode.push = Some(PushOptions { link: "spine".into(), force: 0.0, seconds: 0.1, every: 1.0 });
-        }
-        if let (Some(newtons), Some(push)) = (self.push, &mut skill.episode.push) {
-            push.force = newtons;
-        }
+        // Beside a skill's description, that is what counts: it may have changed since the training.
+        let described = folder.join(format!("{}.skill.ron", contract.skill));
+        let mut skill = if described.is_file() {
+            SkillDefinition::load(&described)?
+        } else {
+            let mut skill: SkillDefinition = contract.parse_skill_settings()?;
+            skill.motion = folder.join(&contract.reference.file);
+            skill
+        };
+        self.change_rows(&mut skill.trial)?;
         let task = load_task(&skill, None)?;
         policy.check_for(&task.model)?;
         let rate = task.model.step_rate;
-        let task = Arc::new(task.at_rate(rate)?);
+        let task = task.at_rate(rate)?;
+        let tables = task.trials()?;
         let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
 
         let mut rows = Vec::new();
+        let mut shortfalls = Vec::new();
         let mut quality = BTreeMap::new();
-        let mut table = |name: &str, task: &Arc<SkillTask>, from_start: bool, pushed: bool| {
-            let found = evaluate::<F32x8, _>(task, &policy, self.trials, self.seed, threads, from_start, pushed);
+        for (name, row) in &tables {
+            let found = evaluate::<F32x8, _>(row, &policy, self.trials, self.seed, threads);
             rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
             quality.insert(format!("reward_per_step, {name}"), found.reward);
             quality.insert(format!("residual_rad, {name}"), found.residual);
-        };
-        table("from the start", &task, true, false);
-        table("from anywhere", &task, false, false);
-        if self.push.is_some() {
-            table("from anywhere, pushed", &task, false, true);
+            let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
+            shortfalls.push(words.join(", "));
         }
         let card = RobustnessCard {
             version: CARD_VERSION,
@@ -94,7 +119,9 @@ impl Evaluate {
         };
         card.save(folder.join("card.json"))?;
         if let Some(path) = &self.storyboard {
-            draw_trial(path, &task, &policy, self.seed)?;
+            if let Some((_, row)) = tables.first() {
+                draw_trial(path, row, &policy, self.seed)?;
+            }
         }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
@@ -104,22 +131,50 @@ impl Evaluate {
             return Ok(ExitCode::SUCCESS);
         }
         say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
-        say(&format!("{:<24} {:>7} {:>7} {:>8}  {}", "trials", "made", "lasted", "percent", "95 % interval"))?;
-        for row in &card.rows {
+        say(&format!(
+            "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
+            "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
+        ))?;
+        for (row, lacked) in card.rows.iter().zip(&shortfalls) {
+            let interval = format!("{:.1} to {:.1}", 100.0 * row.low, 100.0 * row.high);
             say(&format!(
-                "{:<24} {:>7} {:>7} {:>8.1}  {:.1} to {:.1}",
+                "{:<24} {:>7} {:>7} {:>8.1}  {interval:<14} {lacked}",
                 row.name,
                 row.trials,
                 row.successes,
                 100.0 * row.rate(),
-                100.0 * row.low,
-                100.0 * row.high
             ))?;
         }
         for (name, value) in &card.quality {
             say(&format!("{name:<48} {value:.4}"))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Rows that the command line asks for in place of the skill's own.
+    fn change_rows(&self, trial: &mut TrialOptions) -> Result<(), Box<dyn std::error::Error>> {
+        let speed = match &self.speed {
+            None => None,
+            Some(text) => Some(parse_range(text)?),
+        };
+        if self.push.is_none() && speed.is_none() {
+            return Ok(());
+        }
+        let push = |newtons: f64| PushOptions {
+            link: "spine".into(),
+            force: (newtons, newtons),
+            seconds: 0.1,
+            every: 2.0,
+            count: Some(3),
+            airborne: false,
+        };
+        let name = match (self.push, &self.speed) {
+            (Some(n), Some(s)) => format!("{n} N, {s} m/s"),
+            (Some(n), None) => format!("three pushes of {n} N"),
+            (None, s) => format!("{} m/s", s.clone().unwrap_or_default()),
+        };
+        trial.rows = vec![TrialRow { name, speed, start_speed: speed, push: self.push.map(push) }];
+        Ok(())
     }
 
     fn command(&self) -> String {
@@ -132,12 +187,11 @@ impl Evaluate {
 /// Draws one trial from the start of the motion, to its end or to where it failed.
 fn draw_trial(path: &Path, task: &SkillTask, policy: &Policy, seed: u64) -> Result<(), Box<dyn std::error::Error>> {
     let mut task = task.clone();
-    task.skill.episode.from_start = true;
+    task.skill.episode.start = Some((0.0, 0.0));
     let (size, seconds) = (task.layout.size(), task.motion.duration().min(task.skill.episode.seconds));
     let task = Arc::new(task);
     let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
     let mut trial = Environment::<f64>::new(task.clone(), seed, 0, &starts);
-    trial.pushes = false;
     let (mut seen, mut scratch) = (vec![0.0; size], Vec::new());
     let mut frames = FrameRecorder::new(seconds, true);
     let mut ending = Ending::GoesOn;

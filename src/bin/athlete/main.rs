@@ -7,6 +7,7 @@ mod info;
 mod info_policy;
 mod optimize;
 mod output;
+mod program;
 mod reconstruct;
 mod record;
 mod simulate;
@@ -42,6 +43,8 @@ enum Command {
     Train(train::Train),
     /// Try a policy on fresh random trials
     Evaluate(evaluate::Evaluate),
+    /// Perform a program of trained skills many times
+    Program(program::Program),
     /// Time the simulation in the shared scenes
     Bench(bench::Bench),
 }
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         Command::Info(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
+        Command::Program(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
     result.unwrap_or_else(|failure| {

@@ -99,6 +99,10 @@ impl Train {
                 skill.episode.friction = None;
                 skill.episode.joint_noise = 0.02;
                 skill.episode.velocity_noise = 0.02;
+                skill.trial.seconds = 600.0;
+                skill.trial.friction = None;
+                skill.trial.joint_noise = 0.02;
+                skill.trial.velocity_noise = 0.02;
                 if let Some(text) = &self.gains {
                     skill.gains = Some(pair(text, "--gains")?);
                 }

@@ -1,5 +1,8 @@
 //! Following a motion with a policy: the reference tick by tick, what the policy sees, and what its action does.
 
+/// Targets move on so often within a tick.
+pub const TICK_PARTS: usize = 4;
+
 mod gathered;
 mod heading;
 mod layout;

@@ -123,27 +123,81 @@ impl<R: Real> Tracker<R> {
     /// Puts lane `lane` at tick `tick` of the motion, with the reference's pose and velocity; the root above the origin.
     /// The commanded speed is added along the direction of travel; `start_speed` (m/s) is that of the body itself.
     pub fn begin(&mut self, sim: &mut Simulator<R>, lane: usize, tick: usize, start_speed: f64) {
+        self.begin_at(sim, lane, tick, start_speed, Heading::ahead(), glam::DVec3::ZERO);
+    }
+
+    /// [`Tracker::begin`] with the reference's world turned by `heading` and the root above `place` (world, m).
+    pub fn begin_at(
+        &mut self,
+        sim: &mut Simulator<R>,
+        lane: usize,
+        tick: usize,
+        start_speed: f64,
+        heading: Heading<f64>,
+        place: glam::DVec3,
+    ) {
         let motion = self.motion.clone();
         let reference = motion.tick(tick);
         let (p, v) = (&reference.pose, &reference.velocity);
         self.enter(lane, tick);
-        self.anchor_heading.c.set_lane(lane, 1.0);
-        self.anchor_heading.s.set_lane(lane, 0.0);
-        self.anchor_place.set_lane(lane, glam::DVec3::new(-p.root_position.x, 0.0, -p.root_position.z));
-        let place = p.root_position * glam::DVec3::Y;
-        sim.state.set_pose(lane, place, p.root_rotation, &p.joints);
+        self.anchor(lane, heading, place);
+        let turn = heading.to_quat().lane(0);
+        let turned = |v: glam::DVec3| heading.to_world(Vec3::splat(v)).lane(0);
+        let root = glam::DVec3::new(place.x, p.root_position.y, place.z);
+        sim.state.set_pose(lane, root, turn * p.root_rotation, &p.joints);
         let added = reference.travel * (start_speed - motion.mean_speed());
-        sim.state.set_velocity(lane, v.root_linear + added, v.root_angular, &v.joints);
+        sim.state.set_velocity(lane, turned(v.root_linear + added), turned(v.root_angular), &v.joints);
         for impulse in sim.state.contact_impulses.iter_mut().chain(&mut sim.state.grip_impulses) {
             impulse.set_lane(lane, glam::DVec3::ZERO);
         }
         sim.state_changed();
-        for (from, q) in self.from.iter_mut().zip(&p.joints) {
-            from.set_lane(lane, *q);
+        for (i, q) in p.joints.iter().enumerate() {
+            self.from[i].set_lane(lane, *q);
+            self.to[i].set_lane(lane, *q);
         }
-        for (to, q) in self.to.iter_mut().zip(&p.joints) {
-            to.set_lane(lane, *q);
+    }
+
+    /// Takes lane `lane` over as it moves: the reference goes on from tick `tick`, put where the body is and turned so that
+    /// both travel the same way (face the same way, where the body is slower than 0.5 m/s). Targets start from where the
+    /// servos have them.
+    pub fn join(&mut self, sim: &mut Simulator<R>, lane: usize, tick: usize) {
+        let mass = sim.model().mass();
+        let velocity = sim.total_momentum().linear.lane(lane) / mass;
+        let motion = self.motion.clone();
+        let reference = motion.tick(tick);
+        self.enter(lane, tick);
+        let scalar = |q: glam::DQuat| Heading::of(Quat::<f64>::splat(q));
+        let (goes, faces) = (glam::DVec3::new(velocity.x, 0.0, velocity.z), sim.state.root_rotation.lane(lane));
+        let heading = if goes.length() > 0.5 {
+            // Headings of directions: facing -Z is no turn.
+            let of = |v: glam::DVec3| Heading { c: -v.z, s: -v.x }.normalized();
+            of(goes).relative_to(of(reference.travel))
+        } else {
+            scalar(faces).relative_to(scalar(reference.pose.root_rotation))
+        };
+        self.anchor(lane, heading.normalized(), sim.state.root_position.lane(lane));
+        for (i, command) in sim.commands.iter().enumerate() {
+            self.from[i].set_lane(lane, command.rotation.lane(lane));
+            self.to[i].set_lane(lane, command.rotation.lane(lane));
         }
+    }
+
+    /// Puts the reference of a lane, turned by `heading`, with its root above `place`.
+    fn anchor(&mut self, lane: usize, heading: Heading<f64>, place: glam::DVec3) {
+        let root = self.now.root_position.lane(lane);
+        let offset = heading.to_world(Vec3::<f64>::splat(root)).lane(0);
+        self.anchor_heading.c.set_lane(lane, heading.c);
+        self.anchor_heading.s.set_lane(lane, heading.s);
+        self.anchor_place.set_lane(lane, glam::DVec3::new(place.x - offset.x, 0.0, place.z - offset.z));
+    }
+
+    /// Turns the reference of every lane about its root by a small angle (rad, positive to the left): steering.
+    pub fn steer(&mut self, angle: R) {
+        let pivot = self.reference_root();
+        let by = Heading { c: R::one() - angle * angle * R::splat(0.5), s: angle };
+        self.anchor_heading = self.anchor_heading.turned(by).normalized();
+        self.anchor_place = pivot - self.anchor_heading.to_world(self.now.root_position);
+        self.anchor_place.y = R::zero();
     }
 
     fn enter(&mut self, lane: usize, tick: usize) {
@@ -287,14 +341,9 @@ impl<R: Real> Tracker<R> {
     /// Drags the anchors along: first their headings, then their places.
     fn follow(&mut self, sim: &Simulator<R>, leash: f64) {
         let here = Heading::of(sim.state.root_rotation);
-        let pivot = self.reference_root();
         let turn = here.relative_to(Heading::of(self.reference_rotation()));
         let limit = R::splat(self.options.turn_leash);
-        let excess = (turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero());
-        let by = Heading { c: R::one() - excess * excess * R::splat(0.5), s: excess };
-        self.anchor_heading = self.anchor_heading.turned(by).normalized();
-        self.anchor_place = pivot - self.anchor_heading.to_world(self.now.root_position);
-        self.anchor_place.y = R::zero();
+        self.steer((turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero()));
 
         let mut away = sim.state.root_position - self.reference_root();
         away.y = R::zero();

@@ -3,7 +3,7 @@
 use crate::control::tracking::{Tracker, TrackingTerms};
 use crate::math::{RandomStream, Real, Vec3};
 use crate::sim::{ExternalForce, Simulator, step};
-use crate::skill::Range;
+use crate::skill::{PerformanceSample, Range, Shortfall, Watcher};
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::{DQuat, DVec3};
@@ -41,7 +41,7 @@ pub struct Trial {
 }
 
 /// One lane's trial.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Lane {
     age: usize,
     limit: usize,
@@ -49,6 +49,11 @@ struct Lane {
     push_from: usize,
     push_to: usize,
     push: DVec3,
+    pushed: usize,
+    /// What was seen of a judged trial.
+    samples: Vec<PerformanceSample>,
+    /// What a judged trial lacked.
+    shortfall: Option<Shortfall>,
 }
 
 /// A batch of trials.
@@ -60,9 +65,8 @@ pub struct Environment<R: Real> {
     pub tracker: Tracker<R>,
     random: RandomStream,
     lanes: Vec<Lane>,
+    watcher: Option<Watcher<R>>,
     features: Vec<R>,
-    /// Whether the pushes of the skill happen.
-    pub pushes: bool,
 }
 
 fn draw(random: &mut RandomStream, range: Range) -> f64 {
@@ -90,7 +94,7 @@ impl<R: Real> Environment<R> {
             random: RandomStream::new(seed, stream),
             lanes: vec![Lane::default(); R::LANES],
             features: Vec::with_capacity(task.layout.size()),
-            pushes: true,
+            watcher: Watcher::new(&task.model),
             task,
         };
         for lane in 0..R::LANES {
@@ -104,7 +108,11 @@ impl<R: Real> Environment<R> {
         let task = self.task.clone();
         let (motion, episode) = (&task.motion, &task.skill.episode);
         let random = &mut self.random;
-        let tick = if episode.from_start { 0 } else { starts.draw(random) };
+        let rate = task.skill.control_rate;
+        let tick = match episode.start {
+            Some(range) => ((draw(random, range) * rate).round() as usize).min(motion.last().saturating_sub(1)),
+            None => starts.draw(random),
+        };
         let speed = episode.speed.map_or(motion.mean_speed(), |range| draw(random, range));
         let start = episode.start_speed.map_or(speed, |range| draw(random, range));
         self.tracker.begin(&mut self.sim, lane, tick, start);
@@ -124,24 +132,44 @@ impl<R: Real> Environment<R> {
         let level = DVec3::new(1.0, 0.3, 1.0);
         moving.set_lane(lane, moving.lane(lane) + cube(random) * level * episode.velocity_noise);
         self.sim.state_changed();
+        if episode.joint_noise > 0.0 {
+            self.stand(lane, tick);
+        }
 
-        let ticks = (episode.seconds * task.skill.control_rate).round() as usize;
+        let ticks = (episode.seconds * rate).round() as usize;
         // A motion that ends gives trials that end with it.
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
         self.lanes[lane] = Lane { limit: left, ..Lane::default() };
         self.plan_push(lane);
     }
 
+    /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.
+    fn stand(&mut self, lane: usize, tick: usize) {
+        let task = self.task.clone();
+        let reference = &task.motion.tick(tick).pose;
+        let wanted = task.lowest_point(reference.root_position.y, reference.root_rotation, &reference.joints);
+        let state = &mut self.sim.state;
+        let joints: Vec<DQuat> = state.joints.iter().map(|j| j.rotation.lane(lane)).collect();
+        let mut place = state.root_position.lane(lane);
+        place.y += wanted - task.lowest_point(place.y, state.root_rotation.lane(lane), &joints);
+        state.root_position.set_lane(lane, place);
+        self.sim.state_changed();
+    }
+
     /// Draws the next push of a lane.
     fn plan_push(&mut self, lane: usize) {
         let Some(push) = &self.task.skill.episode.push else { return };
+        if push.count.is_some_and(|n| self.lanes[lane].pushed >= n) {
+            (self.lanes[lane].push_from, self.lanes[lane].push_to) = (usize::MAX, usize::MAX);
+            return;
+        }
         let rate = self.task.skill.control_rate;
         let wait = push.every * (0.25 + 1.5 * self.random.uniform());
         let side = cube(&mut self.random) * DVec3::new(1.0, 0.0, 1.0);
-        let force = side.normalize_or(DVec3::X) * push.force * self.random.uniform();
+        let force = side.normalize_or(DVec3::X) * draw(&mut self.random, push.force);
         let l = &mut self.lanes[lane];
-        l.push_from = l.age + (wait * rate) as usize;
-        l.push_to = l.push_from + ((push.seconds * rate).round() as usize).max(1);
+        l.push_from = if push.airborne { usize::MAX } else { l.age + (wait * rate) as usize };
+        l.push_to = l.push_from.saturating_add(((push.seconds * rate).round() as usize).max(1));
         l.push = force;
     }
 
@@ -172,11 +200,24 @@ impl<R: Real> Environment<R> {
         let mut touched = none;
         for part in 0..SUBTICKS {
             self.tracker.command(&mut self.sim, (part + 1) as f64 / SUBTICKS as f64);
+            if let Some(watcher) = &mut self.watcher {
+                watcher.forget();
+            }
             for _ in 0..steps {
                 step(&mut self.sim, &task.world);
+                if let Some(watcher) = &mut self.watcher {
+                    watcher.look(&self.sim);
+                }
             }
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
+            }
+            if let (true, Some(watcher)) = (task.judged, &self.watcher) {
+                for (lane, mut sample) in watcher.sample(&mut self.sim, 0.0).into_iter().enumerate() {
+                    let l = &mut self.lanes[lane];
+                    sample.time = (l.age as f64 + (part + 1) as f64 / SUBTICKS as f64) / task.skill.control_rate;
+                    l.samples.push(sample);
+                }
             }
         }
         self.tracker.advance(&self.sim);
@@ -187,17 +228,28 @@ impl<R: Real> Environment<R> {
     }
 
     fn push_lanes(&mut self) {
-        if self.task.push_link.is_none() {
-            return;
-        }
+        let task = self.task.clone();
+        let Some(push) = task.skill.episode.push.as_ref().filter(|_| task.push_link.is_some()) else { return };
         for lane in 0..R::LANES {
-            let l = self.lanes[lane];
-            let on = self.pushes && (l.push_from..l.push_to).contains(&l.age);
-            let force = if on { l.push } else { DVec3::ZERO };
+            let in_air = self.watcher.as_ref().is_some_and(|w| w.pressed(lane) == [false; 2]);
+            let l = &mut self.lanes[lane];
+            if push.airborne
+                && l.push_from == usize::MAX
+                && in_air
+                && l.age > 0
+                && push.count.is_none_or(|n| l.pushed < n)
+            {
+                let ticks = ((push.seconds * task.skill.control_rate).round() as usize).max(1);
+                (l.push_from, l.push_to) = (l.age, l.age + ticks);
+            }
+            let on = (l.push_from..l.push_to).contains(&l.age);
+            let (force, over) = (if on { l.push } else { DVec3::ZERO }, l.age >= l.push_to);
             if let Some(external) = self.sim.external.first_mut() {
                 external.force.set_lane(lane, force);
             }
-            if l.age >= l.push_to {
+            // The next push in the air needs another flight.
+            if over && !(push.airborne && in_air) {
+                self.lanes[lane].pushed += 1;
                 self.plan_push(lane);
             }
         }
@@ -217,18 +269,33 @@ impl<R: Real> Environment<R> {
             + value(scales.com_velocity, terms.com_velocity.lane(lane))
             + value(scales.place, place)
             - scales.effort * effort.min(10.0);
-        let failed = !self.sim.is_sane(lane)
-            || height.abs() > limits.height
+        let strayed = height.abs() > limits.height
             || root > limits.root * limits.root
             || pose > limits.pose * limits.pose
             || place > limits.place * limits.place
-            || (limits.touch && touched)
-            || !reward.is_finite();
+            || (limits.touch && touched);
+        let trial = &self.task.skill.trial;
+        let fallen = touched || self.sim.state.root_position.y.lane(lane) < trial.pelvis;
+        let failed = !self.sim.is_sane(lane)
+            || !reward.is_finite()
+            || if self.task.judged { fallen || (trial.success.is_empty() && strayed) } else { strayed };
         let reward = if failed { 0.0 } else { reward };
         let l = &mut self.lanes[lane];
         l.age += 1;
         l.reward += reward;
-        let ending = if failed {
+        if self.task.judged {
+            let fall = || Err(Shortfall { condition: "no fall", found: format!("fell at tick {}", l.age) });
+            let missing = || trial.success.iter().try_for_each(|criterion| criterion.check(&l.samples));
+            let verdict = if failed {
+                fall()
+            } else if l.age >= l.limit {
+                missing()
+            } else {
+                Ok(())
+            };
+            l.shortfall = verdict.err();
+        }
+        let ending = if failed || l.shortfall.is_some() {
             Ending::Failed
         } else if l.age >= l.limit {
             Ending::TimeUp
@@ -242,6 +309,16 @@ impl<R: Real> Environment<R> {
     pub fn trial(&self, lane: usize, ending: Ending) -> Trial {
         let l = &self.lanes[lane];
         Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed }
+    }
+
+    /// What a lane's judged trial lacked when it ended.
+    pub fn shortfall(&self, lane: usize) -> Option<&Shortfall> {
+        self.lanes[lane].shortfall.as_ref()
+    }
+
+    /// What was seen of a lane's judged trial.
+    pub fn samples(&self, lane: usize) -> &[PerformanceSample] {
+        &self.lanes[lane].samples
     }
 
     /// Ticks that a lane's trial may last in all.

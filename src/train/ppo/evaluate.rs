@@ -6,10 +6,11 @@ use crate::train::ppo::environment::{Ending, Environment};
 use crate::train::ppo::normalizer::Normalizer;
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::SkillTask;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// How a policy does.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct EvaluationReport {
     /// Trials, all counted.
     pub trials: usize,
@@ -19,12 +20,27 @@ pub struct EvaluationReport {
     pub reward: f64,
     /// Root mean square of the action, rad.
     pub residual: f64,
+    /// What the others lacked, and how many of them; of a fall, the condition is `no fall`.
+    pub shortfalls: BTreeMap<&'static str, usize>,
 }
 
 impl EvaluationReport {
     /// Part of the trials that lasted.
     pub fn survival(&self) -> f64 {
         self.survived as f64 / self.trials.max(1) as f64
+    }
+
+    /// Counts another row's trials in; means are weighted by trials.
+    pub fn add(&mut self, other: &Self) {
+        let (a, b) = (self.trials as f64, other.trials as f64);
+        let mean = |x: f64, y: f64| (x * a + y * b) / (a + b).max(1.0);
+        self.reward = mean(self.reward, other.reward);
+        self.residual = mean(self.residual, other.residual);
+        self.trials += other.trials;
+        self.survived += other.survived;
+        for (condition, count) in &other.shortfalls {
+            *self.shortfalls.entry(condition).or_insert(0) += count;
+        }
     }
 }
 
@@ -47,30 +63,22 @@ impl Actor for MeanActor<'_> {
     }
 }
 
-/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; pushed as the skill says, if
-/// `pushed`.
-///
-/// `from_start` begins all of them at the start of the motion, else evenly over it. Results do not depend on the number of
-/// threads.
+/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; see [`SkillTask::trials`] for
+/// tasks that are judged. Results do not depend on the number of threads.
 pub fn evaluate<R: Real, A: Actor>(
     task: &Arc<SkillTask>,
     actor: &A,
     trials: usize,
     seed: u64,
     threads: usize,
-    from_start: bool,
-    pushed: bool,
 ) -> EvaluationReport {
-    let mut fresh = (**task).clone();
-    fresh.skill.episode.from_start |= from_start;
-    let fresh = Arc::new(fresh);
     let batches = trials.div_ceil(R::LANES).max(1);
     let threads = threads.clamp(1, batches);
     let per_thread = batches.div_ceil(threads);
-    let run = |first: usize, count: usize| -> Vec<(bool, f64, f64, usize)> {
+    let run = |first: usize, count: usize| -> Vec<Tried> {
         let mut scratch = A::Scratch::default();
         (first..(first + count).min(batches))
-            .flat_map(|batch| run_batch::<R, A>(&fresh, actor, &mut scratch, seed, batch as u64, pushed))
+            .flat_map(|batch| run_batch::<R, A>(task, actor, &mut scratch, seed, batch as u64))
             .collect()
     };
     let mut results = Vec::new();
@@ -89,32 +97,47 @@ pub fn evaluate<R: Real, A: Actor>(
         }
     });
     let count = results.len();
-    let ticks: usize = results.iter().map(|r| r.3).sum();
+    let ticks: usize = results.iter().map(|r| r.ticks).sum();
+    let mut shortfalls = BTreeMap::new();
+    for failure in results.iter().filter_map(|r| r.failure) {
+        *shortfalls.entry(failure).or_insert(0) += 1;
+    }
     EvaluationReport {
         trials: count,
-        survived: results.iter().filter(|r| r.0).count(),
-        reward: results.iter().map(|r| r.1).sum::<f64>() / count as f64,
-        residual: (results.iter().map(|r| r.2).sum::<f64>() / ticks.max(1) as f64).sqrt() * task.skill.action_scale,
+        survived: results.iter().filter(|r| r.failure.is_none()).count(),
+        reward: results.iter().map(|r| r.reward).sum::<f64>() / count as f64,
+        residual: (results.iter().map(|r| r.effort).sum::<f64>() / ticks.max(1) as f64).sqrt()
+            * task.skill.action_scale,
+        shortfalls,
     }
 }
 
-/// One trial in each lane: survived, mean reward, sum of mean square actions, ticks.
+/// A trial.
+#[derive(Clone, Debug, Default)]
+struct Tried {
+    failure: Option<&'static str>,
+    /// Mean, missing ticks counting zero.
+    reward: f64,
+    /// Sum of mean square actions.
+    effort: f64,
+    ticks: usize,
+}
+
+/// One trial in each lane.
 fn run_batch<R: Real, A: Actor>(
     task: &Arc<SkillTask>,
     actor: &A,
     scratch: &mut A::Scratch,
     seed: u64,
     batch: u64,
-    pushed: bool,
-) -> Vec<(bool, f64, f64, usize)> {
+) -> Vec<Tried> {
     let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
     let mut env = Environment::<R>::new(task.clone(), seed, 0x4556_0000 + batch, &starts);
-    env.pushes = pushed;
     let size = task.layout.size();
     let mut rows = vec![0.0; R::LANES * size];
     let mut open = vec![true; R::LANES];
     let mut effort = vec![0.0; R::LANES];
-    let mut results = vec![(false, 0.0, 0.0, 0); R::LANES];
+    let mut results = vec![Tried::default(); R::LANES];
     while open.iter().any(|o| *o) {
         env.observe(&mut rows);
         let actions = actor.act(scratch, &mut rows, R::LANES).to_vec();
@@ -129,7 +152,13 @@ fn run_batch<R: Real, A: Actor>(
             if outcome.ending != Ending::GoesOn {
                 open[lane] = false;
                 let trial = env.trial(lane, outcome.ending);
-                results[lane] = (!trial.failed, trial.reward / env.limit(lane) as f64, effort[lane], trial.ticks);
+                let lacked = env.shortfall(lane).map_or("limits", |s| s.condition);
+                results[lane] = Tried {
+                    failure: trial.failed.then_some(lacked),
+                    reward: trial.reward / env.limit(lane) as f64,
+                    effort: effort[lane],
+                    ticks: trial.ticks,
+                };
                 // Something sane to go on with while the others finish.
                 env.reset(lane, &starts);
             }

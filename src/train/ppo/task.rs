@@ -3,13 +3,15 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::contact::{Surface, World};
 use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions};
-use crate::model::{ContactKind, SharedModel};
+use crate::dynamics::{LinkConstants, LinkKinematics, State, update_positions};
+use crate::math::Vec3;
+use crate::model::SharedModel;
 use crate::sim::SimulationSettings;
-use crate::skill::{SkillDefinition, SkillError};
+use crate::skill::{EpisodeOptions, PushOptions, SkillDefinition, SkillError, TrialRow, blade_pair, forbidden_points};
+use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
-/// Targets move on this often within a tick.
-pub(crate) const SUBTICKS: usize = 4;
+pub(crate) use crate::control::tracking::TICK_PARTS as SUBTICKS;
 
 /// Why a skill cannot be tried.
 #[derive(Debug, thiserror::Error)]
@@ -33,8 +35,16 @@ pub enum TaskError {
         /// Decisions per second.
         control_rate: f64,
     },
+    /// The criteria need blades.
+    #[error("skill {skill}: trial.success: {character} has no left and right blade; valid: a skater, or no criteria")]
+    Blades {
+        /// The skill.
+        skill: String,
+        /// The character.
+        character: String,
+    },
     /// A push names no link.
-    #[error("skill {skill}: episode.push.link `{link}`: valid is one of {valid}")]
+    #[error("skill {skill}: push.link `{link}`: valid is one of {valid}")]
     PushLink {
         /// The skill.
         skill: String,
@@ -72,46 +82,28 @@ pub struct SkillTask {
     pub forbidden: Vec<usize>,
     /// Link that is pushed.
     pub push_link: Option<usize>,
+    /// Trials end and count as the skill's `trial` says, not as in training.
+    pub judged: bool,
 }
 
 impl SkillTask {
     /// Prepares a skill whose motion has been read.
     pub fn new(skill: &SkillDefinition, model: SharedModel, clip: &MotionClip) -> Result<Self, TaskError> {
         skill.validate()?;
-        let part = match skill.window {
-            Some((from, to)) => clip.cut(from, to)?,
-            None => clip.clone(),
-        };
-        let rate = skill.control_rate;
-        let motion = if skill.cyclic {
-            TrackedMotion::cyclic(&part, &model, rate, skill.straight)?
-        } else {
-            TrackedMotion::once(&part, &model, rate, skill.hold)?
-        };
+        let motion = skill.prepare_motion(clip, &model)?;
         let surface = if skill.world == "ground" { Surface::GROUND } else { Surface::ICE };
         let mut settings = SimulationSettings::of(&model);
         settings.rate = skill.training_rate.unwrap_or(settings.rate);
-        let push_link = match &skill.episode.push {
-            None => None,
-            Some(push) => Some(model.link_index(&push.link).ok_or_else(|| TaskError::PushLink {
-                skill: skill.name.clone(),
-                link: push.link.clone(),
-                valid: model.links.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", "),
-            })?),
-        };
+        let push_link = link_of(&model, skill, skill.episode.push.as_ref())?;
         let task = Self {
-            tracker: TrackerOptions {
-                action_scale: skill.action_scale,
-                leash: skill.leash,
-                gains: skill.gains,
-                ..TrackerOptions::default()
-            },
+            tracker: skill.tracker_options(),
             layout: ObservationLayout::of(&model),
             world: World::plane(surface),
             friction: surface.friction,
             weights: crate::control::joint_weights(&model),
             forbidden: forbidden_points(&model),
             push_link,
+            judged: false,
             clip: clip.clone(),
             motion: Arc::new(motion),
             skill: skill.clone(),
@@ -119,6 +111,9 @@ impl SkillTask {
             model,
         };
         task.check_rate(settings.rate)?;
+        if !skill.trial.success.is_empty() && blade_pair(&task.model).is_none() {
+            return Err(TaskError::Blades { skill: skill.name.clone(), character: task.model.name.clone() });
+        }
         Ok(task)
     }
 
@@ -139,20 +134,65 @@ impl SkillTask {
         Ok(other)
     }
 
+    /// The skill's table: for each row its name and the task that its trials are made of.
+    pub fn trials(&self) -> Result<Vec<(String, Arc<Self>)>, TaskError> {
+        let trial = &self.skill.trial;
+        let plain = TrialRow { name: "unpushed".into(), speed: None, start_speed: None, push: None };
+        let rows = if trial.rows.is_empty() { core::slice::from_ref(&plain) } else { &trial.rows };
+        rows.iter().map(|row| Ok((row.name.clone(), Arc::new(self.trial(row)?)))).collect()
+    }
+
+    /// The task that the trials of a row are made of.
+    pub fn trial(&self, row: &TrialRow) -> Result<Self, TaskError> {
+        let trial = &self.skill.trial;
+        let mut task = self.clone();
+        task.judged = true;
+        let start = trial.start.or(self.motion.cycle().is_none().then_some((0.0, 0.0)));
+        let episode = &mut task.skill.episode;
+        *episode = EpisodeOptions {
+            seconds: trial.seconds,
+            speed: row.speed.or(episode.speed),
+            start_speed: row.start_speed.or(if row.speed.is_some() { None } else { episode.start_speed }),
+            friction: trial.friction,
+            joint_noise: trial.joint_noise,
+            velocity_noise: trial.velocity_noise,
+            push: row.push.clone(),
+            start,
+        };
+        task.push_link = link_of(&task.model, &self.skill, row.push.as_ref())?;
+        Ok(task)
+    }
+
+    /// Height of the lowest contact point, m, with the root at height `y` (m).
+    pub(crate) fn lowest_point(&self, y: f64, rotation: DQuat, joints: &[DQuat]) -> f64 {
+        let constants = LinkConstants::<f64>::of(&self.model);
+        let mut state = State::<f64>::at_rest(&self.model);
+        let mut links = vec![LinkKinematics::default(); self.model.links.len()];
+        state.set_pose(0, DVec3::ZERO, rotation, joints);
+        update_positions(&constants, &state, &mut links);
+        let height = |p: &crate::model::ContactPoint| {
+            let link = &links[p.link];
+            (link.origin + link.rotation.mul_vec(Vec3::splat(p.position))).y - p.radius
+        };
+        y + self.model.contact_points.iter().map(height).fold(f64::INFINITY, f64::min)
+    }
+
     /// Numbers of an action: three for each link but the root.
     pub fn action_size(&self) -> usize {
         3 * (self.model.links.len() - 1)
     }
 }
 
-/// Contact points that do not belong to a foot or a blade.
-fn forbidden_points(model: &crate::model::CharacterModel) -> Vec<usize> {
-    let stands = |link: usize| {
-        let name = &model.links[link].name;
-        ["foot", "heel", "metatarsal", "phalan", "toe"].iter().any(|part| name.contains(part))
-    };
-    let is_forbidden = |(p, c): (usize, &crate::model::ContactPoint)| {
-        (matches!(c.kind, ContactKind::Point) && !stands(c.link)).then_some(p)
-    };
-    model.contact_points.iter().enumerate().filter_map(is_forbidden).collect()
+/// The link that a push names.
+fn link_of(
+    model: &SharedModel,
+    skill: &SkillDefinition,
+    push: Option<&PushOptions>,
+) -> Result<Option<usize>, TaskError> {
+    let Some(push) = push else { return Ok(None) };
+    model.link_index(&push.link).map(Some).ok_or_else(|| TaskError::PushLink {
+        skill: skill.name.clone(),
+        link: push.link.clone(),
+        valid: model.links.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", "),
+    })
 }

@@ -7,7 +7,7 @@ use crate::train::ppo::learner::{Learner, UpdateOptions};
 use crate::train::ppo::normalizer::Normalizer;
 use crate::train::ppo::rollout::{Lanes, POD_ROWS, Player, Pod};
 use crate::train::ppo::sampling::StartSampler;
-use crate::train::ppo::task::SkillTask;
+use crate::train::ppo::task::{SkillTask, TaskError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
@@ -80,6 +80,9 @@ impl Default for TrainOptions {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
+    /// The skill's trials cannot be made.
+    #[error(transparent)]
+    Task(#[from] TaskError),
     /// An option cannot be used.
     #[error("train: {option} is {found}; {valid}")]
     Option {
@@ -164,6 +167,7 @@ struct Checkpoint {
 /// A training under way.
 pub struct Trainer {
     task: Arc<SkillTask>,
+    rows: Vec<Arc<SkillTask>>,
     options: TrainOptions,
     learner: Learner,
     normalizer: Normalizer,
@@ -178,8 +182,9 @@ pub struct Trainer {
 impl Trainer {
     /// Begins a training.
     pub fn new(task: SkillTask, options: TrainOptions) -> Result<Self, TrainError> {
-        let task = Arc::new(task);
         check(&options)?;
+        let rows = task.trials()?.into_iter().map(|(_, row)| row).collect();
+        let task = Arc::new(task);
         let (inputs, outputs) = (task.layout.size(), task.action_size());
         let sizes = |last: usize| -> Vec<usize> {
             core::iter::once(inputs).chain(options.hidden.iter().copied()).chain([last]).collect()
@@ -197,6 +202,7 @@ impl Trainer {
             rate: options.rate,
             curve: Vec::new(),
             best: None,
+            rows,
             task,
             options,
         };
@@ -387,17 +393,13 @@ impl Trainer {
     /// The present policy without exploration, on trials of their own.
     fn measure(&self, number: u64) -> EvaluationReport {
         let actor = MeanActor(&self.learner.actor, &self.normalizer);
-        let from_start = self.task.motion.cycle().is_none();
         let seed = self.options.seed ^ (0x6d65_6173 + number);
-        evaluate::<Lanes, _>(
-            &self.task,
-            &actor,
-            self.options.evaluation_trials,
-            seed,
-            self.options.threads,
-            from_start,
-            false,
-        )
+        let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
+        let mut whole = EvaluationReport::default();
+        for row in &self.rows {
+            whole.add(&evaluate::<Lanes, _>(row, &actor, each, seed, self.options.threads));
+        }
+        whole
     }
 }
 

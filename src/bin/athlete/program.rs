@@ -1,0 +1,146 @@
+//! `athlete program`: one skill after the other, many times.
+
+use crate::output::{Outcome, bar, say, say_json};
+use bevy_athlete::asset::card::wilson_interval;
+use bevy_athlete::cli::{FrameRecorder, find_program, load_character, load_trained_skill, run_program};
+use bevy_athlete::contact::World;
+use bevy_athlete::sim::TraceWriter;
+use bevy_athlete::skill::{ProgramDefinition, ProgramPlayer, TrialOptions};
+use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Perform a program of trained skills from fresh random starts, all counted, element by element. A run fails by a fall.
+#[derive(Debug, Args)]
+pub struct Program {
+    /// A program: its name below assets/skills, or the path of a .program.ron file
+    program: String,
+    /// Performances
+    #[arg(long, default_value_t = 100)]
+    runs: u64,
+    /// Seed of the performances
+    #[arg(long, default_value_t = 1_000_003)]
+    seed: u64,
+    /// Threads; by default one for each core
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Write a storyboard (PNG) of the first performance
+    #[arg(long)]
+    storyboard: Option<PathBuf>,
+    /// Write a trace (JSON lines, one a step) of the first performance
+    #[arg(long)]
+    trace: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Program {
+    pub fn run(&self) -> Outcome {
+        if !(1..=1_000_000).contains(&self.runs) {
+            return Err(format!("--runs {}: valid is 1 to 1000000", self.runs).into());
+        }
+        let file = find_program(&self.program).ok_or_else(|| {
+            format!("program `{0}`: no such file, and no assets/skills/*/{0}.program.ron", self.program)
+        })?;
+        let program = ProgramDefinition::load(&file)?;
+        let model = load_character(&program.character)?;
+        let mut skills = BTreeMap::new();
+        for element in &program.elements {
+            if !skills.contains_key(&element.skill) {
+                skills.insert(element.skill.clone(), Arc::new(load_trained_skill(&element.skill, &model)?));
+            }
+        }
+        let player = ProgramPlayer::new(&program, &skills, model.step_rate)?;
+        let (world, trial) = (World::ice(), TrialOptions::default());
+
+        let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(60.0, true));
+        let mut trace = match &self.trace {
+            None => None,
+            Some(path) => Some(BufWriter::new(File::create(path).map_err(|e| format!("{}: {e}", path.display()))?)),
+        };
+        if frames.is_some() || trace.is_some() {
+            let mut writer = None;
+            let mut failed = None;
+            run_program(&mut player.clone(), &model, &world, &trial, (self.seed, 0), |sim, player| {
+                if let Some(frames) = &mut frames {
+                    frames.look(sim, &player.player().reference_pose());
+                }
+                let written = match (&mut writer, trace.take()) {
+                    (None, Some(out)) => TraceWriter::new(out, sim, 0).map(|w| writer = Some(w)),
+                    (Some(w), _) => TraceWriter::record(w, sim),
+                    _ => Ok(()),
+                };
+                failed = failed.take().or(written.err());
+            })?;
+            if let Some(error) = failed {
+                return Err(format!("--trace: {error}").into());
+            }
+        }
+        if let (Some(path), Some(frames)) = (&self.storyboard, &frames) {
+            let options = StoryboardOptions { ground: Ground::Ice, title: program.name.clone(), ..Default::default() };
+            Storyboard::new(options).write(&model, frames.frames(), path)?;
+        }
+
+        let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
+        let (next, progress) = (AtomicU64::new(0), bar(self.runs, "program"));
+        let runs = std::thread::scope(|scope| -> Result<Vec<_>, Box<dyn std::error::Error>> {
+            let work = || -> Result<Vec<_>, bevy_athlete::control::PolicyError> {
+                let (mut mine, mut done) = (player.clone(), Vec::new());
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= self.runs {
+                        return Ok(done);
+                    }
+                    done.push(run_program(&mut mine, &model, &world, &trial, (self.seed, number), |_, _| {})?);
+                    progress.inc(1);
+                }
+            };
+            let handles: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
+            let mut all = Vec::new();
+            for handle in handles {
+                all.extend(handle.join().map_err(|_| "a thread panicked")??);
+            }
+            Ok(all)
+        })?;
+        progress.finish_and_clear();
+
+        let elements = player.elements();
+        let reached = |k: usize| runs.iter().filter(|r| r.element >= k).count();
+        let fell = |k: usize| runs.iter().filter(|r| r.element == k && r.fell).count();
+        let whole = runs.iter().filter(|r| !r.fell).count() as u64;
+        if self.json {
+            let rows: Vec<_> = (elements.iter().enumerate())
+                .map(|(k, e)| json!({"name": e.skill, "trials": reached(k), "successes": reached(k) - fell(k)}))
+                .collect();
+            say_json(&json!({"program": program.name, "runs": self.runs, "successes": whole, "rows": rows}))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        say(&format!(
+            "{:<3} {:<26} {:>7} {:>6}  {}",
+            "", "element", "reached", "falls", "passage from the one before"
+        ))?;
+        for (k, element) in elements.iter().enumerate() {
+            let passage = k.checked_sub(1).and_then(|k| player.transitions().get(k)).map_or(String::new(), |t| {
+                format!("from tick {} to tick {}, distance {:.2}", t.leave, t.enter, t.distance)
+            });
+            say(&format!("{:<3} {:<26} {:>7} {:>6}  {passage}", k + 1, element.skill, reached(k), fell(k)))?;
+        }
+        let (low, high) = wilson_interval(whole, self.runs);
+        say(&format!(
+            "{whole} of {} performances without a fall, {:.1} % (95 % interval {:.1} to {:.1})",
+            self.runs,
+            100.0 * whole as f64 / self.runs as f64,
+            100.0 * low,
+            100.0 * high
+        ))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,43 @@
+//! From a skill's description and its clip to a motion that can be followed.
+
+use crate::asset::clip::{ClipError, MotionClip};
+use crate::control::tracking::{TrackedMotion, TrackerOptions};
+use crate::model::{CharacterModel, ContactKind};
+use crate::skill::SkillDefinition;
+
+impl SkillDefinition {
+    /// The motion, tick by tick: the skill's part of a clip, repeated or held at its end.
+    pub fn prepare_motion(&self, clip: &MotionClip, model: &CharacterModel) -> Result<TrackedMotion, ClipError> {
+        let part = match self.window {
+            Some((from, to)) => clip.cut(from, to)?,
+            None => clip.clone(),
+        };
+        if self.cyclic {
+            TrackedMotion::cyclic(&part, model, self.control_rate, self.straight)
+        } else {
+            TrackedMotion::once(&part, model, self.control_rate, self.hold)
+        }
+    }
+
+    /// How it is followed.
+    pub fn tracker_options(&self) -> TrackerOptions {
+        TrackerOptions {
+            action_scale: self.action_scale,
+            leash: self.leash,
+            gains: self.gains,
+            ..TrackerOptions::default()
+        }
+    }
+}
+
+/// Contact points that do not belong to a foot or a blade: an athlete that stands on one of them has fallen.
+pub fn forbidden_points(model: &CharacterModel) -> Vec<usize> {
+    let stands = |link: usize| {
+        let name = &model.links[link].name;
+        ["foot", "heel", "metatarsal", "phalan", "toe"].iter().any(|part| name.contains(part))
+    };
+    let is_forbidden = |(p, c): (usize, &crate::model::ContactPoint)| {
+        (matches!(c.kind, ContactKind::Point) && !stands(c.link)).then_some(p)
+    };
+    model.contact_points.iter().enumerate().filter_map(is_forbidden).collect()
+}

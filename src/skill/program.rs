@@ -1,0 +1,273 @@
+//! Programs: one skill after the other.
+
+use crate::control::PolicyError;
+use crate::control::tracking::Heading;
+use crate::sim::Simulator;
+use crate::skill::transition::{Transition, best_transition};
+use crate::skill::{SkillPlayer, TrainedSkill};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How far into a motion that does not repeat it may be entered, s.
+const ENTRY: f64 = 0.3;
+
+/// A program, as saved in a `*.program.ron` file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProgramDefinition {
+    /// Its name.
+    pub name: String,
+    /// The character that performs it.
+    pub character: String,
+    /// What is performed, in order.
+    pub elements: Vec<ProgramElement>,
+}
+
+/// One element of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProgramElement {
+    /// Name of the skill.
+    pub skill: String,
+    /// Shortest time, s, of a skill that repeats; it goes on to where the next element can begin. A skill that ends is
+    /// performed once.
+    #[serde(default)]
+    pub seconds: f64,
+    /// Commanded mean speed, m/s; by default the one at its beginning.
+    #[serde(default)]
+    pub speed: Option<f64>,
+    /// Turns the way of a skill that repeats by so much, degrees per second, positive to the left.
+    #[serde(default)]
+    pub steering: f64,
+}
+
+/// Why a program cannot be performed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProgramError {
+    /// The file could not be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not a program.
+    #[error("{}: not a program: {message}", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Where and why.
+        message: String,
+    },
+    /// A value cannot be used.
+    #[error("program {program}: {place}: {found}; valid: {valid}")]
+    Value {
+        /// The program.
+        program: String,
+        /// Element and field.
+        place: String,
+        /// What it holds.
+        found: String,
+        /// What would be valid.
+        valid: String,
+    },
+}
+
+impl ProgramDefinition {
+    /// Reads a file.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ProgramError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|source| ProgramError::Io { path: path.into(), source })?;
+        Self::from_ron(&text, path)
+    }
+
+    /// Reads text; `path` is for messages.
+    pub fn from_ron(text: &str, path: impl AsRef<Path>) -> Result<Self, ProgramError> {
+        let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+        let program: Self = options
+            .from_str(text)
+            .map_err(|e| ProgramError::Syntax { path: path.as_ref().into(), message: e.to_string() })?;
+        program.validate()?;
+        Ok(program)
+    }
+
+    /// Whether every number can be used.
+    pub fn validate(&self) -> Result<(), ProgramError> {
+        if self.elements.is_empty() {
+            return self.refuse("elements", "none", "at least one");
+        }
+        for (k, e) in self.elements.iter().enumerate() {
+            let place = |field: &str| format!("element {} ({}), {field}", k + 1, e.skill);
+            if !(0.0..=3600.0).contains(&e.seconds) {
+                return self.refuse(&place("seconds"), e.seconds, "0 to 3600 s");
+            }
+            if e.speed.is_some_and(|v| !(0.0..=30.0).contains(&v)) {
+                return self.refuse(&place("speed"), format!("{:?}", e.speed), "0 to 30 m/s");
+            }
+            if !(-90.0..=90.0).contains(&e.steering) {
+                return self.refuse(&place("steering"), e.steering, "-90 to 90 degrees per second");
+            }
+        }
+        Ok(())
+    }
+
+    fn refuse(&self, place: &str, found: impl ToString, valid: &str) -> Result<(), ProgramError> {
+        let (program, place) = (self.name.clone(), place.to_owned());
+        Err(ProgramError::Value { program, place, found: found.to_string(), valid: valid.to_owned() })
+    }
+}
+
+/// What a program player did at a decision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProgramNews {
+    /// The element with this index began; the one before, if any, ended.
+    Began(usize),
+    /// The last element ended; its last pose is held.
+    Ended,
+}
+
+/// Performs a program with one body.
+#[derive(Clone, Debug)]
+pub struct ProgramPlayer {
+    elements: Vec<ProgramElement>,
+    skills: Vec<Arc<TrainedSkill>>,
+    /// From each element to the next.
+    transitions: Vec<Transition>,
+    players: Vec<SkillPlayer>,
+    now: usize,
+    /// Decisions in the present element.
+    age: usize,
+    ended: bool,
+    news: Option<ProgramNews>,
+}
+
+impl ProgramPlayer {
+    /// A player of a program whose skills are given by name. `rate`: steps per second.
+    pub fn new(
+        program: &ProgramDefinition,
+        skills: &BTreeMap<String, Arc<TrainedSkill>>,
+        rate: f64,
+    ) -> Result<Self, ProgramError> {
+        program.validate()?;
+        let value = |place: String, found: String, valid: String| ProgramError::Value {
+            program: program.name.clone(),
+            place,
+            found,
+            valid,
+        };
+        let (mut chosen, mut players) = (Vec::new(), Vec::new());
+        for (k, element) in program.elements.iter().enumerate() {
+            let skill = skills.get(&element.skill).ok_or_else(|| {
+                let known = skills.keys().cloned().collect::<Vec<_>>().join(", ");
+                value(format!("element {}, skill", k + 1), element.skill.clone(), format!("one of {known}"))
+            })?;
+            players.push(SkillPlayer::new(skill.clone(), rate).ok_or_else(|| {
+                let valid = "a multiple of four times the decisions per second";
+                value(format!("element {}, rate", k + 1), rate.to_string(), valid.into())
+            })?);
+            chosen.push(skill.clone());
+        }
+        let transitions = chosen
+            .windows(2)
+            .map(|pair| {
+                let entry = (ENTRY * pair[1].definition.control_rate).round() as usize;
+                best_transition(&pair[0].motion, &pair[1].motion, entry)
+            })
+            .collect();
+        Ok(Self {
+            elements: program.elements.clone(),
+            skills: chosen,
+            transitions,
+            players,
+            now: 0,
+            age: 0,
+            ended: false,
+            news: None,
+        })
+    }
+
+    /// The passages from each element to the next.
+    pub fn transitions(&self) -> &[Transition] {
+        &self.transitions
+    }
+    /// Index of the present element.
+    pub fn element(&self) -> usize {
+        self.now
+    }
+    /// The elements.
+    pub fn elements(&self) -> &[ProgramElement] {
+        &self.elements
+    }
+    /// Whether the last element has ended.
+    pub fn is_finished(&self) -> bool {
+        self.ended
+    }
+    /// The player of the present element.
+    pub fn player(&self) -> &SkillPlayer {
+        &self.players[self.now]
+    }
+    /// What happened since this was last asked.
+    pub fn take_news(&mut self) -> Option<ProgramNews> {
+        self.news.take()
+    }
+
+    /// Puts the body at the start of the first element.
+    pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3) {
+        (self.now, self.age, self.ended) = (0, 0, false);
+        self.players[0].begin(sim, heading, place, self.elements[0].speed);
+        self.command();
+        self.news = Some(ProgramNews::Began(0));
+    }
+
+    fn command(&mut self) {
+        let (element, player) = (&self.elements[self.now], &mut self.players[self.now]);
+        if let Some(speed) = element.speed {
+            player.set_speed(speed);
+        }
+        player.set_steering(element.steering.to_radians());
+    }
+
+    /// Sets the servo targets of the coming step. Call it before each step.
+    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+        if self.players[self.now].at_decision() {
+            self.go_on(sim);
+            self.age += 1;
+        }
+        self.players[self.now].drive(sim)
+    }
+
+    /// Call it after each step.
+    pub fn after_step(&mut self, sim: &Simulator<f64>) {
+        self.players[self.now].after_step(sim);
+    }
+
+    /// Goes on to the next element where the present one is to be left.
+    fn go_on(&mut self, sim: &mut Simulator<f64>) {
+        let (element, skill) = (&self.elements[self.now], &self.skills[self.now]);
+        let enough = match skill.motion.cycle() {
+            Some(_) => self.age as f64 >= element.seconds * skill.definition.control_rate,
+            None => self.players[self.now].is_finished(),
+        };
+        if !enough || self.ended {
+            return;
+        }
+        let Some(transition) = self.transitions.get(self.now).copied() else {
+            self.ended = true;
+            self.news = Some(ProgramNews::Ended);
+            return;
+        };
+        if skill.motion.cycle().is_some() && self.players[self.now].tick() % skill.motion.last() != transition.leave {
+            return;
+        }
+        self.now += 1;
+        self.age = 0;
+        self.players[self.now].join(sim, transition.enter);
+        self.command();
+        self.news = Some(ProgramNews::Began(self.now));
+    }
+}

@@ -1,0 +1,227 @@
+//! A skill that was learnt, and the player that performs it.
+
+use crate::asset::clip::{ClipError, MotionClip};
+use crate::control::tracking::{Heading, ObservationLayout, TICK_PARTS, TrackedMotion, Tracker};
+use crate::control::{Policy, PolicyError};
+use crate::math::Vec3;
+use crate::model::{CharacterModel, ModelPose, SharedModel};
+use crate::sim::Simulator;
+use crate::skill::{SkillDefinition, SkillError};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Why a trained skill cannot be performed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainedSkillError {
+    /// The description.
+    #[error(transparent)]
+    Skill(#[from] SkillError),
+    /// The motion.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
+    /// The policy.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
+    /// The policy was trained for another skill, or sees something else.
+    #[error("skill {skill}: its policy is of {found}; valid: {valid}")]
+    Mismatch {
+        /// The skill.
+        skill: String,
+        /// What the policy is of.
+        found: String,
+        /// What would fit.
+        valid: String,
+    },
+}
+
+/// A description, its motion and its policy, checked against each other and the character.
+#[derive(Clone, Debug)]
+pub struct TrainedSkill {
+    /// The description.
+    pub definition: SkillDefinition,
+    /// The motion, tick by tick.
+    pub motion: Arc<TrackedMotion>,
+    /// The policy.
+    pub policy: Policy,
+}
+
+impl TrainedSkill {
+    /// Puts the parts together. Fails where they do not fit.
+    pub fn new(
+        definition: SkillDefinition,
+        clip: &MotionClip,
+        policy: Policy,
+        model: &CharacterModel,
+    ) -> Result<Self, TrainedSkillError> {
+        definition.validate()?;
+        policy.check_for(model)?;
+        let contract = policy.contract();
+        let mismatch = |found: String, valid: String| {
+            Err(TrainedSkillError::Mismatch { skill: definition.name.clone(), found, valid })
+        };
+        if contract.skill != definition.name {
+            return mismatch(format!("the skill {}", contract.skill), definition.name.clone());
+        }
+        let layout = ObservationLayout::of(model);
+        if contract.observation != layout.blocks {
+            return mismatch(
+                "another observation".into(),
+                format!("that of {} with {} numbers", model.name, layout.size()),
+            );
+        }
+        if contract.control_rate != definition.control_rate {
+            let valid = format!("{} decisions per second", definition.control_rate);
+            return mismatch(format!("{} decisions per second", contract.control_rate), valid);
+        }
+        let links: Vec<&str> = model.links.iter().skip(1).map(|l| l.name.as_str()).collect();
+        if contract.action.links != links {
+            return mismatch("other joints".into(), links.join(", "));
+        }
+        let motion = Arc::new(definition.prepare_motion(&clip.lifted_clear(model)?.0, model)?);
+        Ok(Self { definition, motion, policy })
+    }
+
+    /// The name.
+    pub fn name(&self) -> &str {
+        &self.definition.name
+    }
+}
+
+/// Performs a trained skill with one body: the same sequence as in training, [`SkillPlayer::drive`] before each step.
+#[derive(Clone, Debug)]
+pub struct SkillPlayer {
+    skill: Arc<TrainedSkill>,
+    tracker: Tracker<f64>,
+    /// Steps since the tick began, and steps in a part of a tick.
+    step: usize,
+    steps_per_part: usize,
+    steering: f64,
+    seen: Vec<f64>,
+    row: Vec<f32>,
+    action: Vec<f32>,
+}
+
+impl SkillPlayer {
+    /// A player at the start of the skill. `rate` is that of the simulation, steps per second; `None` if it is no multiple
+    /// of [`TICK_PARTS`] times the decisions per second.
+    pub fn new(skill: Arc<TrainedSkill>, rate: f64) -> Option<Self> {
+        let parts = rate / (skill.definition.control_rate * TICK_PARTS as f64);
+        if parts < 1.0 || (parts - parts.round()).abs() > 1e-9 {
+            return None;
+        }
+        let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options());
+        let inputs = skill.policy.contract().observation_size();
+        Some(Self {
+            tracker,
+            step: 0,
+            steps_per_part: parts.round() as usize,
+            steering: 0.0,
+            seen: Vec::with_capacity(inputs),
+            row: Vec::with_capacity(inputs),
+            action: Vec::new(),
+            skill,
+        })
+    }
+
+    /// The skill.
+    pub fn skill(&self) -> &Arc<TrainedSkill> {
+        &self.skill
+    }
+    /// Tick of the motion.
+    pub fn tick(&self) -> usize {
+        self.tracker.tick(0)
+    }
+    /// Whether a motion that ends has ended.
+    pub fn is_finished(&self) -> bool {
+        self.tracker.is_finished(0)
+    }
+    /// Whether the next [`SkillPlayer::drive`] makes a decision.
+    pub fn at_decision(&self) -> bool {
+        self.step == 0
+    }
+    /// Where the reference is, world frame.
+    pub fn reference_pose(&self) -> ModelPose {
+        self.tracker.reference_pose(0)
+    }
+    /// The last observation and action, as the policy's contract describes them.
+    pub fn seen_and_done(&self) -> (&[f32], &[f32]) {
+        (&self.row, &self.action)
+    }
+    /// Commands a mean speed, m/s.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.tracker.set_speed(0, speed);
+    }
+    /// Turns the way by so much, rad/s, positive to the left.
+    pub fn set_steering(&mut self, rate: f64) {
+        self.steering = rate;
+    }
+
+    fn set_gains(&self, sim: &mut Simulator<f64>) {
+        let model: SharedModel = sim.model().clone();
+        for (command, link) in sim.commands.iter_mut().zip(&model.links).skip(1) {
+            (command.kp, command.kd) = (link.gains.kp, link.gains.kd);
+        }
+        self.tracker.set_gains(sim);
+    }
+
+    /// Puts the body into the motion's first pose, its root above `place` and facing `heading`, at the commanded speed.
+    pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3, speed: Option<f64>) {
+        let faces = Heading::of(crate::math::Quat::<f64>::splat(self.skill.motion.tick(0).pose.root_rotation));
+        let speed = speed.unwrap_or(self.skill.motion.mean_speed());
+        self.tracker.begin_at(sim, 0, 0, speed, heading.relative_to(faces), place);
+        self.tracker.set_speed(0, speed);
+        self.step = 0;
+        self.set_gains(sim);
+    }
+
+    /// Takes over a moving body at a tick of the motion, with the speed it has.
+    pub fn join(&mut self, sim: &mut Simulator<f64>, tick: usize) {
+        self.tracker.join(sim, 0, tick);
+        let velocity = sim.total_momentum().linear.lane(0) / sim.model().mass();
+        self.tracker.set_speed(0, (velocity * DVec3::new(1.0, 0.0, 1.0)).length());
+        self.step = 0;
+        self.set_gains(sim);
+    }
+
+    /// Sets the servo targets of the coming step. Call it before each step. An action that is no number counts as none.
+    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+        if self.step == 0 {
+            self.decide(sim)?;
+        }
+        if self.step.is_multiple_of(self.steps_per_part) {
+            let part = self.step / self.steps_per_part + 1;
+            self.tracker.command(sim, part as f64 / TICK_PARTS as f64);
+        }
+        self.step += 1;
+        if self.step == TICK_PARTS * self.steps_per_part {
+            self.step = 0;
+        }
+        Ok(())
+    }
+
+    /// Moves the reference on after the last step of a tick; call it after each step.
+    pub fn after_step(&mut self, sim: &Simulator<f64>) {
+        if self.step == 0 {
+            self.tracker.advance(sim);
+            self.tracker.steer(self.steering / self.skill.definition.control_rate);
+        }
+    }
+
+    fn decide(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+        self.seen.clear();
+        self.tracker.observe(sim, &mut self.seen);
+        self.row.clear();
+        self.row.extend(self.seen.iter().map(|v| *v as f32));
+        self.skill.policy.act(&self.row, 1, &mut self.action)?;
+        let action = &self.action;
+        self.tracker.act(|link| {
+            let part = |k: usize| {
+                let value = f64::from(action[3 * (link - 1) + k]);
+                if value.is_finite() { value.clamp(-4.0, 4.0) } else { 0.0 }
+            };
+            Vec3::new(part(0), part(1), part(2))
+        });
+        Ok(())
+    }
+}
