@@ -135,3 +135,24 @@ pub fn self_collision_forces<R: Real>(
     }
     touched
 }
+
+/// How deep the capsules of links that are not neighbours are in each other, the deepest pair of a lane, m; 0 for none.
+pub fn deepest_overlap<R: Real>(
+    model: &CharacterModel,
+    capsules: &[Option<CollisionCapsule>],
+    kinematics: &[LinkKinematics<R>],
+    lane: usize,
+) -> f64 {
+    let segment = |link: usize, c: &CollisionCapsule| {
+        let (k, place) = (&kinematics[link], |p: DVec3| Vec3::<R>::splat(p));
+        let (a, b) = (k.rotation.mul_vec(place(c.a)) + k.origin, k.rotation.mul_vec(place(c.b)) + k.origin);
+        (Vec3::<f64>::splat(a.lane(lane)), Vec3::<f64>::splat((b - a).lane(lane)))
+    };
+    let depth = |&(i, j): &(usize, usize)| {
+        let (ci, cj) = (capsules[i].as_ref()?, capsules[j].as_ref()?);
+        let ((p, d), (q, e)) = (segment(i, ci), segment(j, cj));
+        let (s, t) = closest(p, d, q, e);
+        Some(ci.radius + cj.radius - (p + d * s - q - e * t).length())
+    };
+    model.collision_pairs.iter().filter_map(depth).fold(0.0, f64::max)
+}

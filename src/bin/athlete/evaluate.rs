@@ -7,13 +7,16 @@ use bevy_athlete::control::Policy;
 use bevy_athlete::math::F32x8;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
-use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, evaluate};
+use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, evaluate, motion_quality};
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+
+/// Trials of the first row by which the quality of the motion is measured.
+const QUALITY_TRIALS: usize = 16;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
 /// simulation rate, as in a game. Writes the robustness card beside the policy.
@@ -104,6 +107,20 @@ impl Evaluate {
             quality.insert(format!("residual_rad, {name}"), found.residual);
             let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
             shortfalls.push(words.join(", "));
+        }
+        if let Some((_, row)) = tables.first() {
+            let q = motion_quality(row, &policy, QUALITY_TRIALS.min(self.trials), self.seed);
+            for (name, value) in [
+                ("joint_jerk_rad_per_s3", q.jerk),
+                ("reference_joint_jerk_rad_per_s3", q.reference_jerk),
+                ("self_penetration_m", q.overlap),
+                ("blade_slip_m_per_s", q.slip),
+                ("time_at_joint_limits", q.at_limits),
+                ("work_j_per_m", q.work_per_metre),
+                ("largest_torque_n_m", q.torque),
+            ] {
+                quality.insert(name.to_owned(), value);
+            }
         }
         let card = RobustnessCard {
             version: CARD_VERSION,

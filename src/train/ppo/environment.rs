@@ -187,6 +187,11 @@ impl<R: Real> Environment<R> {
 
     /// One tick of every lane under these actions (lanes x size, row by row).
     pub fn tick(&mut self, actions: &[f32]) -> Vec<Outcome> {
+        self.tick_with(actions, |_| {})
+    }
+
+    /// [`Environment::tick`] that calls `look` at the end of each part of the tick.
+    pub fn tick_with(&mut self, actions: &[f32], mut look: impl FnMut(&mut Simulator<R>)) -> Vec<Outcome> {
         let task = self.task.clone();
         let size = task.action_size();
         self.tracker.act(|link| {
@@ -212,6 +217,7 @@ impl<R: Real> Environment<R> {
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
             }
+            look(&mut self.sim);
             if let (true, Some(watcher)) = (task.judged, &self.watcher) {
                 for (lane, mut sample) in watcher.sample(&mut self.sim, 0.0).into_iter().enumerate() {
                     let l = &mut self.lanes[lane];

@@ -10,6 +10,7 @@ mod evaluate;
 mod export;
 mod learner;
 mod normalizer;
+mod quality;
 mod rollout;
 mod sampling;
 mod task;
@@ -20,6 +21,7 @@ pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::trained_policy;
 pub use normalizer::Normalizer;
+pub use quality::{MotionQuality, motion_quality};
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};
 pub use trainer::{Iteration, TrainError, TrainOptions, Trained, Trainer};
