@@ -2,7 +2,7 @@
 
 use crate::asset::Character;
 use crate::control::ReconstructedControl;
-use crate::engine::LoadError;
+use crate::engine::{LoadError, ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 use crate::model::{CharacterModel, PRESET_NAMES, SharedModel, preset, preset_source};
 use bevy::asset::io::Reader;
 use bevy::asset::io::embedded::EmbeddedAssetRegistry;
@@ -109,6 +109,10 @@ impl Plugin for AthleteAssetPlugin {
     fn build(&self, app: &mut App) {
         app.init_asset::<CharacterAsset>()
             .init_asset::<ControlAsset>()
+            .init_asset::<SkillAsset>()
+            .init_asset::<ProgramAsset>()
+            .init_asset_loader::<SkillLoader>()
+            .init_asset_loader::<ProgramLoader>()
             .init_asset_loader::<FileLoader<CharacterAsset>>()
             .init_asset_loader::<FileLoader<ControlAsset>>();
         if let Some(embedded) = app.world().get_resource::<EmbeddedAssetRegistry>() {

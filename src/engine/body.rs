@@ -2,11 +2,13 @@
 
 use crate::contact::{BladeEdge, World as Surroundings};
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, ReferenceTick, TrackingError, tracking_error};
+use crate::engine::performer::Performer;
 use crate::engine::watch::{Happening, Watch};
 use crate::engine::{AthleteSettings, AthleteTargets, Placement};
 use crate::math::{Quat, Vec3};
 use crate::model::{CharacterModel, LinkTransform, ModelPose, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
+use crate::skill::SkillPlayer;
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::{Component, Transform};
 use std::time::Duration;
@@ -28,6 +30,8 @@ enum Driver {
     Hold,
     /// A control, in the character's frame and as moved to the placement.
     Play { control: std::sync::Arc<ReconstructedControl>, player: Box<ControlPlayer>, finished: Option<f64> },
+    /// Trained skills.
+    Perform { performer: Performer, finished: Option<f64> },
 }
 
 /// The simulation of one athlete: scalar f64, unfused, the same bits everywhere.
@@ -46,6 +50,8 @@ pub struct AthleteBody {
     /// A reset was asked for, maybe to another place.
     pub(super) reset_request: Option<Option<Transform>>,
     pub(super) happened: Vec<Happening>,
+    /// Name of the skill that was told to have begun.
+    performs: Option<String>,
 }
 
 impl AthleteBody {
@@ -62,6 +68,7 @@ impl AthleteBody {
             jumped: true,
             reset_request: None,
             happened: Vec::with_capacity(8),
+            performs: None,
         };
         body.reset();
         body
@@ -102,7 +109,9 @@ impl AthleteBody {
     /// Seconds since the control ended, s; `None` while it plays, or without one.
     pub fn since_control_end(&self) -> Option<f64> {
         match &self.driver {
-            Driver::Play { finished: Some(at), .. } => Some(self.time() - at),
+            Driver::Play { finished: Some(at), .. } | Driver::Perform { finished: Some(at), .. } => {
+                Some(self.time() - at)
+            }
             _ => None,
         }
     }
@@ -110,21 +119,40 @@ impl AthleteBody {
     pub fn control_seconds(&self) -> Option<f64> {
         match &self.driver {
             Driver::Play { player, .. } => Some(player.reference().duration()),
-            Driver::Hold => None,
+            Driver::Hold | Driver::Perform { .. } => None,
         }
     }
 
-    /// Deviation from the reference of the control that plays, at the present time.
-    pub fn tracking_error(&self) -> Option<TrackingError> {
-        let Driver::Play { player, .. } = &self.driver else { return None };
-        Some(tracking_error(&self.simulator, 0, &player.reference().at(self.time()).pose))
+    /// The player of the trained skill that is performed.
+    pub fn skill_player(&self) -> Option<&SkillPlayer> {
+        match &self.driver {
+            Driver::Perform { performer, .. } => Some(performer.player()),
+            _ => None,
+        }
     }
 
-    /// Where the reference of the control that plays has the links at time `t` (s), world frame, by link index; false and
-    /// an empty list without a control.
+    /// Deviation from the reference of the control that plays or the skill that is performed, at the present time.
+    pub fn tracking_error(&self) -> Option<TrackingError> {
+        let pose = match &self.driver {
+            Driver::Hold => return None,
+            Driver::Play { player, .. } => &player.reference().at(self.time()).pose,
+            Driver::Perform { performer, .. } => &performer.player().reference_pose(),
+        };
+        Some(tracking_error(&self.simulator, 0, pose))
+    }
+
+    /// Where the reference of the control that plays has the links at time `t` (s), or that of the skill at its last
+    /// decision, world frame, by link index; false and an empty list without either.
     pub fn reference_links(&self, t: f64, out: &mut Vec<LinkTransform>) -> bool {
         out.clear();
-        let Driver::Play { player, .. } = &self.driver else { return false };
+        let player = match &self.driver {
+            Driver::Hold => return false,
+            Driver::Perform { performer, .. } => {
+                performer.player().reference_pose().link_transforms(self.model(), out);
+                return true;
+            }
+            Driver::Play { player, .. } => player,
+        };
         let reference = player.reference();
         let next = reference.at(t + 1.0 / reference.tick_rate);
         let before = reference.at(t);
@@ -140,6 +168,20 @@ impl AthleteBody {
         self.driver = Driver::Play { control, player, finished: None };
         self.reset();
         Ok(())
+    }
+
+    /// Makes trained skills drive the body, from their start on.
+    pub(super) fn perform(&mut self, performer: Performer) {
+        self.driver = Driver::Perform { performer, finished: None };
+        self.reset();
+    }
+
+    /// What performs trained skills, to tell it of wishes.
+    pub(super) fn performer_mut(&mut self) -> Option<&mut Performer> {
+        match &mut self.driver {
+            Driver::Perform { performer, .. } => Some(performer),
+            _ => None,
+        }
     }
 
     /// Lets go of a control; the joints keep their present targets, standing still.
@@ -176,6 +218,12 @@ impl AthleteBody {
                 *finished = None;
                 self.simulator.set_settings(SimulationSettings { rate: control.rate, ..settings });
                 player.restart(&mut self.simulator);
+            }
+            Driver::Perform { performer, finished } => {
+                *finished = None;
+                self.performs = None;
+                self.simulator.set_settings(SimulationSettings { rate: model.step_rate, ..settings });
+                performer.begin(&mut self.simulator, &self.placement);
             }
             Driver::Hold => {
                 let mut fresh: Simulator<f64> = Simulator::new(model.clone(), settings);
@@ -222,14 +270,30 @@ impl AthleteBody {
         }
         let due = self.clock.take(dt, self.simulator.settings().rate);
         for _ in 0..due {
-            if let Driver::Play { player, finished, .. } = &mut self.driver
-                && finished.is_none()
-            {
-                player.drive(&mut self.simulator);
+            match &mut self.driver {
+                Driver::Play { player, finished: None, .. } => player.drive(&mut self.simulator),
+                // A network that fails leaves the joints their targets.
+                Driver::Perform { performer, .. } => {
+                    let _ = performer.drive(&mut self.simulator);
+                }
+                _ => {}
             }
             step(&mut self.simulator, surroundings);
             self.watch.observe(&mut self.simulator, surroundings, &mut self.happened);
             let time = self.simulator.state.time;
+            if let Driver::Perform { performer, finished } = &mut self.driver {
+                performer.after_step(&self.simulator);
+                if let Some(skill) = performer.take_begun() {
+                    let before = self.performs.replace(skill.clone());
+                    self.happened.extend(before.map(|skill| Happening::SkillEnded { time, skill }));
+                    self.happened.push(Happening::SkillStarted { time, skill });
+                }
+                if finished.is_none() && performer.is_finished() {
+                    *finished = Some(time);
+                    self.happened.extend(self.performs.take().map(|skill| Happening::SkillEnded { time, skill }));
+                    self.happened.push(Happening::Finished { time });
+                }
+            }
             if let Driver::Play { player, finished, .. } = &mut self.driver
                 && finished.is_none()
                 && player.is_finished()

@@ -27,6 +27,14 @@ pub enum LoadError {
         /// What is wrong with it.
         source: Box<ControlError>,
     },
+    /// A skill, its motion or its policy, or a program, cannot be used.
+    #[error("{file}: {message}")]
+    Skill {
+        /// The asset's path.
+        file: String,
+        /// What is wrong with it.
+        message: String,
+    },
 }
 
 /// Why an athlete, its controller or its placement was refused.
@@ -55,7 +63,7 @@ pub enum AthleteRefusal {
         /// The loader's message, with the file's name.
         message: String,
     },
-    /// The control does not fit the character.
+    /// The control, the skill or the program does not fit the character.
     #[error("{message}")]
     Control {
         /// What does not fit.

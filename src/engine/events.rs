@@ -64,6 +64,32 @@ pub struct Landing {
     pub airtime: f64,
     /// Velocity of the centre of mass, world axes, m/s.
     pub velocity: DVec3,
+    /// Rise of the root link since the last contact, m.
+    pub height: f64,
+    /// Turns about the vertical since then, positive to the left (counter-clockwise from above).
+    pub turns: f64,
+}
+
+/// A trained skill has begun; the one before has ended.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct SkillStarted {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Name of the skill.
+    pub skill: String,
+}
+
+/// A trained skill has ended: another one begins, or it, or the program it is part of, is over.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct SkillEnded {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Name of the skill.
+    pub skill: String,
 }
 
 /// The trunk or the head touches the world, and the centre of mass is below half its standing height above it. Told once
@@ -78,7 +104,7 @@ pub struct AthleteFell {
     pub link: usize,
 }
 
-/// The control has been played to its end; the last targets are held.
+/// The control has been played, the skill or the program performed to its end; the last targets are held.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
 pub struct ControlFinished {
     /// The athlete.

@@ -19,7 +19,7 @@
 //!
 //! | plugin | feature | what it adds |
 //! | --- | --- | --- |
-//! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`] and [`ControlAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
+//! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`], [`ControlAsset`], [`SkillAsset`] and [`ProgramAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
 //! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
 //! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
 //! | [`AthleteRenderPlugin`] | `render` | meshes for the shapes of every link, the ghost of the reference |
@@ -41,6 +41,7 @@
 //! | --- | --- | --- |
 //! | [`Athlete`] | component | spawns an athlete |
 //! | [`AthleteController`] | component | what tells its joints where to go |
+//! | [`SkillController`], [`SkatingProgram`], [`Steering`] | component | trained skills in place of a controller |
 //! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
 //! | [`AthleteSettings`] | component | switches of one athlete |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
@@ -48,17 +49,20 @@
 //! | [`AthleteWorld`] | resource | what all athletes stand on |
 //! | [`PlaybackSpeed`] | resource | pause and slow motion |
 //! | [`AthleteReset`] | event, message | back to the start |
-//! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod assets;
 mod body;
 mod components;
 mod errors;
 mod events;
+mod performer;
 mod placement;
 mod playback;
 mod plugin;
 mod poses;
+mod skill_assets;
+mod skill_components;
 mod spawn;
 mod systems;
 mod watch;
@@ -77,7 +81,8 @@ pub use body::{AthleteBody, BodyStatus};
 pub use components::{Athlete, AthleteController, AthleteSettings, AthleteTargets, AthleteWorld};
 pub use errors::{AthleteRefusal, LoadError, Refused};
 pub use events::{
-    AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing, TakeOff,
+    AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing,
+    SkillEnded, SkillStarted, TakeOff,
 };
 #[cfg(feature = "render")]
 pub use ghost::AthleteGhost;
@@ -87,5 +92,7 @@ pub use placement::Placement;
 pub use playback::{AthletePlaybackPlugin, PlaybackSpeed};
 pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
 pub use poses::LinkPoses;
+pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
+pub use skill_components::{SkatingProgram, SkillController, Steering};
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, LinkVisual};

@@ -3,7 +3,8 @@
 use crate::engine::{
     Athlete, AthleteAssetPlugin, AthleteController, AthleteFell, AthletePlaybackPlugin, AthleteQuarantined,
     AthleteRefused, AthleteReset, AthleteSettings, AthleteTargets, AthleteWorld, BladeEdgeChanged, ControlFinished,
-    Landing, LinkPoses, PlaybackSpeed, TakeOff, spawn, systems,
+    Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
+    spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -51,12 +52,17 @@ impl Plugin for AthleteSimulationPlugin {
             .register_type::<AthleteController>()
             .register_type::<AthleteSettings>()
             .register_type::<AthleteTargets>()
+            .register_type::<SkillController>()
+            .register_type::<SkatingProgram>()
+            .register_type::<Steering>()
             .register_type::<LinkPoses>()
             .register_type::<PlaybackSpeed>()
             .add_message::<AthleteReset>()
             .add_message::<BladeEdgeChanged>()
             .add_message::<TakeOff>()
             .add_message::<Landing>()
+            .add_message::<SkillStarted>()
+            .add_message::<SkillEnded>()
             .add_message::<AthleteFell>()
             .add_message::<ControlFinished>()
             .add_message::<AthleteQuarantined>()
@@ -68,7 +74,14 @@ impl Plugin for AthleteSimulationPlugin {
                 FixedPostUpdate,
                 (
                     spawn::build_bodies.in_set(ReadWorld),
-                    (spawn::change_controllers, systems::reset_bodies, systems::read_wishes).chain().in_set(Control),
+                    (
+                        spawn::change_controllers,
+                        systems::reset_bodies,
+                        systems::read_wishes,
+                        systems::read_skill_wishes,
+                    )
+                        .chain()
+                        .in_set(Control),
                     systems::step_bodies.in_set(Step),
                     (systems::write_poses, systems::tell).chain().in_set(WriteBack),
                 ),

@@ -1,12 +1,13 @@
 //! The systems of a fixed tick, and interpolation between ticks.
 
+use crate::engine::performer::Performer;
 use crate::engine::poses::to_transform;
 use crate::engine::spawn::refuse;
 use crate::engine::watch::Happening;
 use crate::engine::{
     AthleteBody, AthleteController, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings,
     AthleteTargets, AthleteWorld, BladeEdgeChanged, BodyStatus, ControlFinished, Landing, LinkPoses, Placement,
-    TakeOff,
+    SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
 };
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -58,6 +59,45 @@ pub(super) fn read_wishes(
     }
 }
 
+/// Speeds, directions and requests for trained skills.
+pub(super) fn read_skill_wishes(
+    mut athletes: Query<(&mut AthleteBody, Option<&SkillController>, Option<&mut Steering>), Without<SkatingProgram>>,
+) {
+    for (mut body, controller, steering) in &mut athletes {
+        // Only what is there is told: a body is not marked as changed for nothing.
+        if controller.is_none() && steering.is_none() {
+            continue;
+        }
+        match (body.performer_mut(), controller, steering) {
+            (Some(Performer::Steered { wish, .. }), _, Some(mut steering)) => {
+                let begun = steering.perform.is_some() && wish.perform.is_none() && !steering.is_changed();
+                if begun {
+                    steering.bypass_change_detection().perform = None;
+                } else {
+                    wish.perform.clone_from(&steering.perform);
+                }
+                wish.direction = steering.direction.as_dvec3();
+                wish.speed = finite(steering.speed);
+            }
+            (Some(Performer::Skill { speed, steering, .. }), Some(controller), _) => {
+                *speed = controller.speed.map(finite);
+                *steering = finite_turn(controller.steering);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A speed that can be asked for, m/s.
+fn finite(speed: f32) -> f64 {
+    if speed.is_finite() { f64::from(speed).clamp(0.0, 30.0) } else { 0.0 }
+}
+
+/// A turn that can be asked for, rad/s.
+fn finite_turn(rate: f32) -> f64 {
+    if rate.is_finite() { f64::from(rate).clamp(-2.0, 2.0) } else { 0.0 }
+}
+
 /// Steps every athlete through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
     time: Res<Time>,
@@ -94,6 +134,8 @@ pub(super) struct Writers<'w> {
     landings: MessageWriter<'w, Landing>,
     falls: MessageWriter<'w, AthleteFell>,
     ends: MessageWriter<'w, ControlFinished>,
+    starts: MessageWriter<'w, SkillStarted>,
+    skill_ends: MessageWriter<'w, SkillEnded>,
     quarantines: MessageWriter<'w, AthleteQuarantined>,
 }
 
@@ -121,8 +163,14 @@ pub(super) fn tell(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 Happening::TakeOff { time, velocity } => {
                     both(c, &mut writers.take_offs, TakeOff { entity, time, velocity });
                 }
-                Happening::Landing { time, airtime, velocity } => {
-                    both(c, &mut writers.landings, Landing { entity, time, airtime, velocity });
+                Happening::Landing { time, airtime, velocity, height, turns } => {
+                    both(c, &mut writers.landings, Landing { entity, time, airtime, velocity, height, turns });
+                }
+                Happening::SkillStarted { time, skill } => {
+                    both(c, &mut writers.starts, SkillStarted { entity, time, skill });
+                }
+                Happening::SkillEnded { time, skill } => {
+                    both(c, &mut writers.skill_ends, SkillEnded { entity, time, skill });
                 }
                 Happening::Fell { time, link } => both(c, &mut writers.falls, AthleteFell { entity, time, link }),
                 Happening::Finished { time } => both(c, &mut writers.ends, ControlFinished { entity, time }),

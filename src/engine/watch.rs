@@ -1,6 +1,7 @@
 //! Watches a body step by step and notes what is worth an event.
 
 use crate::contact::{BladeEdge, Terrain, World as Surroundings};
+use crate::control::tracking::Heading;
 use crate::engine::body::standing_height;
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
@@ -20,7 +21,9 @@ const RISEN_ABOVE: f64 = 0.7;
 pub(super) enum Happening {
     Edge { time: f64, blade: usize, from: BladeEdge, to: BladeEdge },
     TakeOff { time: f64, velocity: DVec3 },
-    Landing { time: f64, airtime: f64, velocity: DVec3 },
+    Landing { time: f64, airtime: f64, velocity: DVec3, height: f64, turns: f64 },
+    SkillStarted { time: f64, skill: String },
+    SkillEnded { time: f64, skill: String },
     Fell { time: f64, link: usize },
     Finished { time: f64 },
     Quarantined { time: f64 },
@@ -45,6 +48,33 @@ pub(super) struct Watch {
     last_contact: Option<f64>,
     airborne: bool,
     fallen: bool,
+    flight: FlightWatch,
+}
+
+/// A flight from the last contact on.
+#[derive(Clone, Copy, Debug, Default)]
+struct FlightWatch {
+    /// Height of the root at the last contact and at the highest point since, m.
+    low: f64,
+    high: f64,
+    /// Heading at the last step (cosine, sine), and the turn since the last contact, rad.
+    heading: (f64, f64),
+    turned: f64,
+}
+
+impl FlightWatch {
+    fn observe(&mut self, sim: &Simulator<f64>, touching: bool) {
+        let heading = Heading::of(sim.state.root_rotation);
+        let height = sim.state.root_position.y;
+        if touching {
+            *self = Self { low: height, high: height, heading: (heading.c, heading.s), turned: 0.0 };
+        } else {
+            // Within a step the sine of the turn is the turn.
+            self.turned += heading.relative_to(Heading { c: self.heading.0, s: self.heading.1 }).s;
+            self.heading = (heading.c, heading.s);
+            self.high = self.high.max(height);
+        }
+    }
 }
 
 impl Watch {
@@ -65,6 +95,7 @@ impl Watch {
             last_contact: None,
             airborne: false,
             fallen: false,
+            flight: FlightWatch::default(),
         }
     }
 
@@ -100,7 +131,8 @@ impl Watch {
         if touching {
             if self.airborne {
                 let airtime = time - self.last_contact.unwrap_or(time);
-                out.push(Happening::Landing { time, airtime, velocity: velocity(sim) });
+                let (height, turns) = (self.flight.high - self.flight.low, self.flight.turned / core::f64::consts::TAU);
+                out.push(Happening::Landing { time, airtime, velocity: velocity(sim), height, turns });
                 self.airborne = false;
             }
             self.last_contact = Some(time);
@@ -111,6 +143,8 @@ impl Watch {
             out.push(Happening::TakeOff { time: last, velocity: velocity(sim) });
             self.airborne = true;
         }
+
+        self.flight.observe(sim, touching);
 
         // The height is only asked for where it matters: while the trunk touches, and after a fall.
         if self.fallen || trunk.is_some() {

@@ -7,6 +7,8 @@ mod prepare;
 #[cfg(feature = "policy")]
 mod program;
 #[cfg(feature = "policy")]
+mod steering;
+#[cfg(feature = "policy")]
 mod trained;
 mod transition;
 mod trial;
@@ -21,6 +23,8 @@ pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
 pub use prepare::forbidden_points;
 #[cfg(feature = "policy")]
 pub use program::{ProgramDefinition, ProgramElement, ProgramError, ProgramNews, ProgramPlayer};
+#[cfg(feature = "policy")]
+pub use steering::{SteeringPlayer, Wish};
 #[cfg(feature = "policy")]
 pub use trained::{SkillPlayer, TrainedSkill, TrainedSkillError};
 pub use transition::{Transition, best_transition, tick_distance};

@@ -1,0 +1,194 @@
+//! Steering: a wish for a direction and a speed becomes a choice of skills.
+
+use crate::control::PolicyError;
+use crate::control::tracking::Heading;
+use crate::sim::Simulator;
+use crate::skill::transition::{Transition, best_transition};
+use crate::skill::{SkillPlayer, TrainedSkill, Way};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Deviation from the wished direction at which a curving skill is chosen, and below which it is left, rad.
+const CURVE: (f64, f64) = (0.6, 0.25);
+/// How fast a skill that goes straight is turned, rad/s for each radian of deviation, and at most.
+const STEER: (f64, f64) = (0.6, 0.35);
+/// Passages that differ more than this are only taken where there is no other, see [`Transition::distance`].
+const FAR: f64 = 4.0;
+/// How far into a motion that does not repeat it may be entered, s.
+const ENTRY: f64 = 0.3;
+
+/// What is wished for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// Direction of travel over the ground, world frame; its length does not matter, zero is as it comes.
+    pub direction: DVec3,
+    /// Mean speed, m/s.
+    pub speed: f64,
+    /// Name of a skill to perform once, as soon as it can begin.
+    pub perform: Option<String>,
+}
+
+/// What the player knows of a skill.
+#[derive(Clone, Debug)]
+struct Known {
+    skill: Arc<TrainedSkill>,
+    /// Which way the pelvis faces while travelling.
+    way: Way,
+    /// How fast it turns, rad/s, positive to the left.
+    curve: f64,
+}
+
+/// Skates where it is told to: straight skills on straight ways, curving skills on curves, others by name.
+#[derive(Clone, Debug)]
+pub struct SteeringPlayer {
+    known: Vec<Known>,
+    /// `passages[a][b]`: from skill a to skill b.
+    passages: Vec<Vec<Transition>>,
+    player: SkillPlayer,
+    rate: f64,
+    now: usize,
+    next: Option<usize>,
+    begun: Option<usize>,
+}
+
+impl SteeringPlayer {
+    /// A player at the start of the first skill. `rate`: steps per second of the simulation. `None` without skills, or if
+    /// the rate does not fit one of them.
+    pub fn new(skills: Vec<Arc<TrainedSkill>>, rate: f64) -> Option<Self> {
+        for skill in &skills {
+            SkillPlayer::new(skill.clone(), rate)?;
+        }
+        let player = SkillPlayer::new(skills.first()?.clone(), rate)?;
+        let known: Vec<Known> = skills.into_iter().map(Known::of).collect();
+        let passage = |a: &Known, b: &Known| {
+            let entry = (ENTRY * b.skill.definition.control_rate).round() as usize;
+            best_transition(&a.skill.motion, &b.skill.motion, entry)
+        };
+        let passages = known.iter().map(|a| known.iter().map(|b| passage(a, b)).collect()).collect();
+        Some(Self { known, passages, player, rate, now: 0, next: None, begun: Some(0) })
+    }
+
+    /// The player of the present skill.
+    pub fn player(&self) -> &SkillPlayer {
+        &self.player
+    }
+    /// Name of the skill that has begun since this was last asked.
+    pub fn take_begun(&mut self) -> Option<&str> {
+        let k = self.begun.take()?;
+        Some(self.known[k].skill.name())
+    }
+    /// Names of the skills.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.known.iter().map(|k| k.skill.name())
+    }
+
+    /// Puts the body at the start of the first skill.
+    pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3) {
+        let first = self.known[0].skill.clone();
+        if let Some(player) = SkillPlayer::new(first, self.rate) {
+            self.player = player;
+        }
+        (self.now, self.next, self.begun) = (0, None, Some(0));
+        self.player.begin(sim, heading, place, None);
+    }
+
+    /// Sets the servo targets of the coming step. Call it before each step. A wish that was begun is taken out.
+    pub fn drive(&mut self, sim: &mut Simulator<f64>, wish: &mut Wish) -> Result<(), PolicyError> {
+        if self.player.at_decision() {
+            self.choose(sim, wish);
+        }
+        self.player.drive(sim)
+    }
+
+    /// Call it after each step.
+    pub fn after_step(&mut self, sim: &Simulator<f64>) {
+        self.player.after_step(sim);
+    }
+
+    fn choose(&mut self, sim: &mut Simulator<f64>, wish: &mut Wish) {
+        let velocity = sim.total_momentum().linear.lane(0) / sim.model().mass();
+        let off = deviation(velocity, wish.direction);
+        let here = &self.known[self.now];
+        let repeats = here.skill.motion.cycle().is_some();
+        let finished = self.player.is_finished();
+        if let Some(name) = &wish.perform {
+            match self.known.iter().position(|k| k.skill.name() == name) {
+                Some(k) if k != self.now && (repeats || finished) => self.next = Some(k),
+                Some(_) => {}
+                None => wish.perform = None,
+            }
+        }
+        if self.next.is_none_or(|k| self.known[k].skill.motion.cycle().is_some()) {
+            self.next = if repeats { self.for_direction(off) } else { finished.then(|| self.after_end()) };
+        }
+        if let Some(next) = self.next {
+            let passage = self.passages[self.now][next];
+            let there = !repeats || self.player.tick() % self.player.skill().motion.last() == passage.leave;
+            if there && let Some(mut player) = SkillPlayer::new(self.known[next].skill.clone(), self.rate) {
+                player.join(sim, passage.enter);
+                if wish.perform.as_deref() == Some(self.known[next].skill.name()) {
+                    wish.perform = None;
+                }
+                (self.player, self.now, self.next, self.begun) = (player, next, None, Some(next));
+            }
+        }
+        let here = &self.known[self.now];
+        if here.skill.motion.cycle().is_some() {
+            self.player.set_speed(wish.speed);
+            let rate = if here.curve.abs() > 0.1 { 0.0 } else { (off * STEER.0).clamp(-STEER.1, STEER.1) };
+            self.player.set_steering(rate);
+        }
+    }
+
+    /// The skill that repeats and suits the deviation (rad, positive: to the left), if it is another one.
+    fn for_direction(&self, off: f64) -> Option<usize> {
+        let here = &self.known[self.now];
+        let suits = |k: &Known| k.skill.motion.cycle().is_some() && k.way == here.way;
+        let side = |k: &Known| k.curve.abs() > 0.1 && k.curve.signum() == off.signum();
+        if here.curve.abs() > 0.1 {
+            // Left when the curve has brought it round, or leads the wrong way.
+            let leave = off.abs() < CURVE.1 || (!side(here) && off.abs() > CURVE.0);
+            let straight = self.known.iter().position(|k| suits(k) && k.curve.abs() <= 0.1);
+            return straight.filter(|_| leave);
+        }
+        let curve = self.known.iter().position(|k| suits(k) && side(k));
+        curve.filter(|_| off.abs() > CURVE.0)
+    }
+
+    /// The skill that repeats and begins most like the present one ends.
+    fn after_end(&self) -> usize {
+        let from = &self.passages[self.now];
+        let repeats = |k: &usize| self.known[*k].skill.motion.cycle().is_some() && *k != self.now;
+        let near = |k: &usize| from[*k].distance;
+        (0..self.known.len()).filter(repeats).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(0)
+    }
+
+    /// Whether a skill can be begun from the present one without a great change.
+    pub fn can_begin(&self, name: &str) -> bool {
+        let found = self.known.iter().position(|k| k.skill.name() == name);
+        found.is_some_and(|k| self.passages[self.now][k].distance < FAR)
+    }
+}
+
+impl Known {
+    fn of(skill: Arc<TrainedSkill>) -> Self {
+        let motion = &skill.motion;
+        let last = motion.last();
+        let along: f64 = (0..=last)
+            .map(|k| {
+                let t = motion.tick(k);
+                (t.pose.root_rotation * DVec3::NEG_Z).dot(t.travel)
+            })
+            .sum();
+        let turned = motion.cycle().map_or(0.0, |c| c.turn.1.atan2(c.turn.0));
+        let curve = turned / motion.duration().max(1e-3);
+        Self { way: if along >= 0.0 { Way::Forward } else { Way::Backward }, curve, skill }
+    }
+}
+
+/// Angle from the way that is travelled to the one that is wished for, rad, positive to the left; zero where either is
+/// not known.
+fn deviation(velocity: DVec3, wish: DVec3) -> f64 {
+    let (v, w) = (velocity * DVec3::new(1.0, 0.0, 1.0), wish * DVec3::new(1.0, 0.0, 1.0));
+    if v.length() < 0.2 || w.length() < 1e-6 || !w.is_finite() { 0.0 } else { v.cross(w).y.atan2(v.dot(w)) }
+}
