@@ -271,10 +271,10 @@ impl Criterion {
             Criterion::OneFoot { foot } => {
                 for s in settled {
                     if s.blade(foot).gap() > LIFT {
-                        return fail("the standing foot left the ice".into());
+                        return Err(Shortfall { condition: "standing foot down", found: format!("off at {:.2} s", s.time) });
                     }
                     if s.blade(foot.other()).pressed {
-                        return fail("the free foot touched the ice".into());
+                        return Err(Shortfall { condition: "free foot up", found: format!("down at {:.2} s", s.time) });
                     }
                 }
             }
