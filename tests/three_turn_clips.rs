@@ -100,7 +100,7 @@ fn shipped() -> Vec<Turn> {
     let model = skater();
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/skills/skating");
     let mut turns = Vec::new();
-    for (skill, forwards) in [("forward_three_turn", true)] {
+    for (skill, forwards) in [("forward_three_turn", true), ("backward_three_turn", false)] {
         let path = |ending: &str| folder.join(skill).join(format!("{skill}.{ending}"));
         let poses = KeyPoses::load(path("keyposes.ron")).unwrap().to_clip(&model).unwrap();
         let clip = MotionClip::load(path("clip.ron")).unwrap();
