@@ -1,4 +1,4 @@
-//! Contract: the three-turns that are shipped, written by hand and simulated, are three-turns.
+//! Contract: the three-turns that are shipped, as key poses and simulated, are three-turns.
 //!
 //! - All of it is skated on the left foot: one end of its blade at least is on the ice at all times, both ends before and
 //!   after the turn, and the right foot never touches.
