@@ -210,7 +210,7 @@ fn contracts_that_do_not_fit_are_refused_with_their_place() {
         ("\"cyclic\":true", "\"cyclic\":1", "expected a boolean"),
         ("\"cyclic\":true", "\"cyclic\":true,\"speed\":1", "unknown field `speed`"),
         ("\"skill\":", "\"skil\":", "unknown field `skil`"),
-        ("rotation-vector offset", "torque", "unknown variant"),
+        ("offset o on", "torque", "unknown variant"),
         ("\"version\":1", "\"version\":2", "version is 2"),
     ] {
         assert!(json.contains(from), "{from}");

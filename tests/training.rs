@@ -10,7 +10,8 @@ use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator};
 use bevy_athlete::skill::SkillDefinition;
-use bevy_athlete::train::ppo::{Actor, SkillTask, TrainOptions, Trained, Trainer, evaluate, trained_policy_bytes};
+use bevy_athlete::train::policy_bytes;
+use bevy_athlete::train::ppo::{Actor, SkillTask, TrainOptions, Trained, Trainer, evaluate, trained_policy};
 use std::sync::Arc;
 
 const POSES: &str = include_str!("../assets/skills/skating/stroking/stroking.keyposes.ron");
@@ -88,7 +89,10 @@ fn the_exported_policy_acts_as_the_trained_one() {
     let trainer = trained(2, 2);
     let task = trainer.task().clone();
     let policy = trainer.present();
-    let bytes = trained_policy_bytes(&task, &policy, "stroking.clip.ron").unwrap();
+    let bytes = {
+        let (layers, contract) = trained_policy(&task, &policy, "stroking.clip.ron");
+        policy_bytes(&layers, &contract).unwrap()
+    };
     let loaded = Policy::from_bytes(&bytes, "stroking").unwrap();
     loaded.check_for(&task.model).unwrap();
     let skill: SkillDefinition = loaded.contract().parse_skill_settings().unwrap();

@@ -1,6 +1,5 @@
 //! Instants of a performance, for a storyboard.
 
-use crate::math::Real;
 use crate::model::{LinkTransform, ModelPose};
 use crate::sim::{Simulator, link_transforms};
 use crate::storyboard::{StoryboardFrame, TouchPoint};
@@ -26,11 +25,6 @@ impl FrameRecorder {
 
     /// Looks at the simulation after a step; `reference` is the pose it should be in.
     pub fn look(&mut self, sim: &mut Simulator<f64>, reference: &ModelPose) {
-        self.look_at(sim, 0, reference);
-    }
-
-    /// Looks at one lane of a batch.
-    pub fn look_at<R: Real>(&mut self, sim: &mut Simulator<R>, lane: usize, reference: &ModelPose) {
         let (time, h) = (sim.state.time, sim.step_seconds());
         // The start, and then whenever the next instant is nearer than half a step.
         if time + 0.5 * h < self.next {
@@ -38,12 +32,12 @@ impl FrameRecorder {
         }
         self.next += self.interval;
         let model = sim.model().clone();
-        let links: Vec<LinkTransform> = link_transforms(sim, lane)
+        let links: Vec<LinkTransform> = link_transforms(sim, 0)
             .into_iter()
             .map(|(position, rotation)| LinkTransform { position, rotation })
             .collect();
         let touch = |(index, point): (usize, &crate::model::ContactPoint)| {
-            let force = sim.contact_force(index, lane);
+            let force = sim.contact_force(index, 0);
             let link = &links[point.link];
             let position = link.position + link.rotation * point.position - DVec3::Y * point.radius;
             (force.length() > 1e-9).then_some(TouchPoint { position, force })

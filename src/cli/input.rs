@@ -22,6 +22,14 @@ pub enum InputError {
         /// Names of the presets.
         valid: String,
     },
+    /// Neither the name of a skill nor a file of key poses.
+    #[error("skill `{name}`: no such skill; valid: {valid}, or the path of a .keyposes.ron file")]
+    NoSkill {
+        /// What was given.
+        name: String,
+        /// Names of the skills.
+        valid: String,
+    },
     /// The character file is wrong.
     #[error(transparent)]
     Character(#[from] AssetError),

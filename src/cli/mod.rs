@@ -3,6 +3,7 @@
 //! | item | what it does |
 //! | --- | --- |
 //! | [`load_character`] | a preset's name or a `.character.ron` file to a model |
+//! | [`find_key_poses`] | the key pose file of a skill |
 //! | [`load_motion`] | a `.bvh` or `.clip.ron` file to a clip for a character |
 //! | [`WorldSpec`] | the worlds that have a name: `ice`, `ground`, `slope:10` ... |
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
@@ -11,6 +12,7 @@
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
+mod find_key_poses;
 mod frames;
 mod info;
 mod input;
@@ -20,11 +22,12 @@ mod skills;
 mod timing;
 mod world_spec;
 
+pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
 pub use push::Push;
-pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_skill, load_task};
+pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_task};
 pub use timing::{BenchRow, LANE_NAMES, time_scene};
 pub use world_spec::WorldSpec;

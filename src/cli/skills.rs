@@ -60,12 +60,6 @@ pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
     Err(SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
 }
 
-/// Reads a skill, its character and its motion, and makes them ready for trials.
-pub fn load_skill(name: &str) -> Result<SkillTask, SkillInputError> {
-    let skill = SkillDefinition::load(find_skill(name)?)?;
-    load_task(&skill, None)
-}
-
 /// Makes a skill ready for trials. `map` is the joint map of a `.bvh` motion.
 pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTask, SkillInputError> {
     let model = load_character(&skill.character)?;

@@ -65,7 +65,7 @@ impl FileAsset for ControlAsset {
         // Bytes that are not text cannot be a control; the parser says where it stops making sense.
         let text = String::from_utf8_lossy(bytes);
         let control = ReconstructedControl::from_ron(&text, file);
-        Ok(control.map_err(|source| LoadError::Control { file: file.to_owned(), source })?.into())
+        Ok(control.map_err(|e| LoadError::Control { file: file.to_owned(), source: Box::new(e) })?.into())
     }
 }
 

@@ -25,7 +25,7 @@ pub enum LoadError {
         /// The asset's path.
         file: String,
         /// What is wrong with it.
-        source: ControlError,
+        source: Box<ControlError>,
     },
 }
 

@@ -219,6 +219,10 @@ impl CharacterModel {
     pub fn link_index(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)
     }
+    /// The links without children: hands, feet, head.
+    pub fn end_links(&self) -> Vec<usize> {
+        (1..self.links.len()).filter(|&i| !self.links.iter().any(|l| l.parent == Some(i))).collect()
+    }
     /// Joint positions in the zero pose, character frame with the root at the origin, m.
     pub fn rest_positions(&self) -> Vec<DVec3> {
         let mut positions: Vec<DVec3> = Vec::with_capacity(self.links.len());

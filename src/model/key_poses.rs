@@ -16,7 +16,7 @@
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
 use crate::model::mass_path::{Flight, center_of_mass, turned};
-use crate::model::{CharacterModel, ModelPose};
+use crate::model::{CharacterModel, ModelPose, OptimizeRecord, Window};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -56,6 +56,13 @@ pub struct KeyPoses {
     /// Poses per second of the clip.
     #[serde(default = "thirty")]
     pub frame_rate: f64,
+    /// Parts of one repetition (without its mirror image) and what is asked of the simulated motion there; none where
+    /// the poses are all there is.
+    #[serde(default)]
+    pub windows: Vec<Window>,
+    /// How the windows are optimised.
+    #[serde(default)]
+    pub optimize: OptimizeRecord,
 }
 
 /// Longest motion, repetitions included, s.
@@ -253,6 +260,30 @@ impl KeyPoses {
                 }
             }
         }
+        self.check_windows()
+    }
+
+    fn check_windows(&self) -> Result<(), KeyPoseError> {
+        let bad = |place: String, found: String, valid: &str| {
+            Err(KeyPoseError::Value { name: self.name.clone(), place, found, valid: valid.to_owned() })
+        };
+        if let Some((field, found, valid)) = self.optimize.fault() {
+            return bad(format!("optimize, {field}"), found, valid);
+        }
+        for (i, window) in self.windows.iter().enumerate() {
+            if !(0.05..=5.0).contains(&window.seconds) {
+                return bad(format!("window {i}, seconds"), window.seconds.to_string(), "0.05 to 5 s");
+            }
+            for objective in &window.objectives {
+                if let Some((found, valid)) = objective.fault() {
+                    return bad(format!("window {i}, {}", objective.label()), found, valid);
+                }
+            }
+        }
+        let (poses, windows) = (self.seconds.iter().sum::<f64>(), self.windows.iter().map(|w| w.seconds).sum::<f64>());
+        if !self.windows.is_empty() && (poses - windows).abs() > 1e-3 {
+            return bad("windows".into(), format!("{windows:.3} s in all"), &format!("{poses:.3} s, as the poses"));
+        }
         Ok(())
     }
 
@@ -394,6 +425,8 @@ mod tests {
             mirrored: false,
             repeat: 4,
             frame_rate: 30.0,
+            windows: vec![],
+            optimize: OptimizeRecord::default(),
         };
         poses.to_clip(&preset("skater").unwrap()).unwrap()
     }

@@ -16,6 +16,7 @@ mod presets;
 mod retarget;
 mod side_check;
 mod sole_height;
+mod windows;
 
 pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
 pub use character_model::{
@@ -33,3 +34,4 @@ pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skate
 pub use retarget::{ImportError, import_bvh};
 pub use side_check::SidedPart;
 pub use sole_height::SoleHeights;
+pub use windows::{BodyPart, Objective, OptimizeRecord, Side, Window};

@@ -87,14 +87,14 @@ fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
             pixmap.fill_rect(rect, &paint([226, 228, 232]), Transform::identity(), None);
         }
         let label = short(chart.low + f64::from(part) * span);
-        draw_text(pixmap, &label, x0 - 8.0 - text_width(&label, 8.0), y - 4.0, 8.0, ink);
+        draw_text(pixmap, &label, x0 - 8.0 - text_width(&label, 8.0), y + 4.0, 8.0, ink);
         let label = short(left + f64::from(part) * (right - left));
         let x = x0 + part * (x1 - x0) - 0.5 * text_width(&label, 8.0);
-        draw_text(pixmap, &label, x, y0 + 8.0, 8.0, ink);
+        draw_text(pixmap, &label, x, y0 + 14.0, 8.0, ink);
     }
-    draw_text(pixmap, &chart.title, x0, top + 8.0, 10.0, ink);
+    draw_text(pixmap, &chart.title, x0, top + 20.0, 10.0, ink);
     let label = &chart.x_label;
-    draw_text(pixmap, label, x1 - text_width(label, 8.0), y0 + 22.0, 8.0, ink);
+    draw_text(pixmap, label, x1 - text_width(label, 8.0), y0 + 28.0, 8.0, ink);
 
     // Lines and legend.
     let mut legend = x1;
@@ -103,7 +103,7 @@ fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
         let name = &chart.curves[n].name;
         legend -= text_width(name, 8.0) + 16.0;
         let [r, g, b] = color;
-        draw_text(pixmap, name, legend, top + 12.0, 8.0, Color::from_rgba8(r, g, b, 255));
+        draw_text(pixmap, name, legend, top + 20.0, 8.0, Color::from_rgba8(r, g, b, 255));
         let mut builder = PathBuilder::new();
         for (k, &p) in points.iter().enumerate() {
             let (x, y) = place(p);

@@ -19,7 +19,7 @@ use crate::dynamics::State;
 use crate::math::{F64x4, Quat, RandomStream, Real, Vec3};
 use crate::model::{CharacterModel, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::train::samcon_cost::{CostScales, CostTarget, cost, end_links};
+use crate::train::samcon_cost::{CostScales, CostTarget, cost};
 use glam::{DQuat, DVec3};
 
 /// How to search.
@@ -300,7 +300,7 @@ impl Search<'_> {
                 let command = &mut sim.commands[i];
                 let mut rotation = Quat::identity();
                 for (lane, offset) in offsets.iter().enumerate() {
-                    let before = if window > 0 { elites[parents[lane]].offsets[i] } else { DVec3::ZERO };
+                    let before = elites[parents[lane]].offsets[i];
                     let q: DQuat =
                         target.pose.joints[i] * crate::control::offset_rotation(before.lerp(offset[i], blend));
                     rotation.set_lane(lane, q);
@@ -424,7 +424,7 @@ fn search_once(
     world_name: &str,
     clip: &MotionClip,
     options: &ReconstructOptions,
-    mut progress: impl FnMut(Progress) -> bool,
+    progress: impl FnMut(Progress) -> bool,
 ) -> Result<Reconstruction, ReconstructError> {
     let settings = options.settings.unwrap_or_else(|| SimulationSettings::of(model));
     check(options, settings.rate)?;
@@ -438,7 +438,69 @@ fn search_once(
         });
     }
     let reference = Reference::new(&model_clip, options.tick_rate, None);
-    let ends = end_links(model);
+    let mut start = Simulator::<f64>::new(model.clone(), settings);
+    apply_initial_state(&mut start, &reference.ticks[0]);
+    let first = Elite { state: start.state, offsets: vec![DVec3::ZERO; model.links.len()], parent: 0, cost: 0.0 };
+    let way = find_way(model, world, &reference, first, options, progress)?;
+    let control = ReconstructedControl {
+        version: 1,
+        character: model.name.clone(),
+        world: world_name.to_string(),
+        rate: settings.rate,
+        tick_rate: options.tick_rate,
+        ticks_per_window: options.ticks_per_window,
+        seconds: reference.duration(),
+        gains: options.gains,
+        clip: clip.clone(),
+        offsets: way.offsets,
+    };
+    let mut report = assess(&control, model, world, settings)?;
+    report.backtracks = way.backtracks;
+    Ok(Reconstruction { control, report, end_fingerprint: way.end_fingerprint })
+}
+
+/// Offsets that follow `reference` from a state of the body on, one row (of an offset for each link) for each of its ticks
+/// but the last; `before` holds the offsets that were in force until then.
+pub(crate) fn continue_from(
+    model: &SharedModel,
+    world: &World,
+    reference: &Reference,
+    state: &State<f64>,
+    before: &[Offset],
+    options: &ReconstructOptions,
+) -> Result<Vec<Vec<Offset>>, ReconstructError> {
+    let settings = options.settings.unwrap_or_else(|| SimulationSettings::of(model));
+    check(options, settings.rate)?;
+    let first = Elite { state: state.clone(), offsets: before.to_vec(), parent: 0, cost: 0.0 };
+    let way = find_way(model, world, reference, first, options, |_| true)?;
+    let n = options.ticks_per_window;
+    let row = |tick: usize| {
+        let (window, blend) = (tick / n, crate::control::window_blend(tick % n, n));
+        let from = if window == 0 { before } else { &way.offsets[window - 1] };
+        from.iter().zip(&way.offsets[window]).map(|(a, b)| a.lerp(*b, blend)).collect()
+    };
+    Ok((0..reference.ticks.len() - 1).map(row).collect())
+}
+
+/// The best way that a search found.
+struct Way {
+    /// For each window, an offset for each link.
+    offsets: Vec<Vec<Offset>>,
+    backtracks: usize,
+    end_fingerprint: u64,
+}
+
+/// Searches window by window from one state.
+fn find_way(
+    model: &SharedModel,
+    world: &World,
+    reference: &Reference,
+    first: Elite,
+    options: &ReconstructOptions,
+    mut progress: impl FnMut(Progress) -> bool,
+) -> Result<Way, ReconstructError> {
+    let settings = options.settings.unwrap_or_else(|| SimulationSettings::of(model));
+    let ends = model.end_links();
     let n = options.ticks_per_window;
     let windows = (reference.ticks.len() - 1).div_ceil(n).max(1);
     let last = reference.ticks.len() - 1;
@@ -447,15 +509,13 @@ fn search_once(
         world,
         options,
         targets: (1..=windows).map(|w| CostTarget::new(model, &ends, &reference.ticks[(w * n).min(last)])).collect(),
-        reference: &reference,
+        reference,
         weights: joint_weights(model),
         ends,
         scales: CostScales::default(),
         steps_per_tick: (settings.rate / options.tick_rate).round() as usize,
     };
 
-    let mut start = Simulator::<f64>::new(model.clone(), settings);
-    apply_initial_state(&mut start, &reference.ticks[0]);
     let mut wide = Simulator::<F64x4>::new(model.clone(), settings);
     if let Some((kp, kd)) = options.gains {
         for command in &mut wide.commands {
@@ -467,8 +527,6 @@ fn search_once(
         (0..options.threads).map(|_| Worker { sim: wide.clone(), results: Vec::new() }).collect();
 
     // The kept states after each window; entry 0 is the start.
-    let first =
-        Elite { state: start.state.clone(), offsets: vec![DVec3::ZERO; model.links.len()], parent: 0, cost: 0.0 };
     let mut history: Vec<Vec<Elite>> = vec![vec![first]];
     let mut tries = vec![0_u32; search.windows()];
     let mut backtracks = 0;
@@ -513,22 +571,8 @@ fn search_once(
         at = elite.parent;
     }
     offsets.reverse();
-    let control = ReconstructedControl {
-        version: 1,
-        character: model.name.clone(),
-        world: world_name.to_string(),
-        rate: settings.rate,
-        tick_rate: options.tick_rate,
-        ticks_per_window: n,
-        seconds: reference.duration(),
-        gains: options.gains,
-        clip: clip.clone(),
-        offsets,
-    };
-    let mut report = assess(&control, model, world, settings)?;
-    report.backtracks = backtracks;
     let end_fingerprint = history[history.len() - 1][0].state.fingerprint(0);
-    Ok(Reconstruction { control, report, end_fingerprint })
+    Ok(Way { offsets, backtracks, end_fingerprint })
 }
 
 /// Plays a control in scalar f64 and measures it.

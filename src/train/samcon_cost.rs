@@ -67,11 +67,6 @@ pub(crate) struct CostTarget {
 /// Height below which a link of the reference counts as on the ground, m.
 const ON_GROUND: f64 = 0.015;
 
-/// Links whose places are compared: those without children.
-pub(crate) fn end_links(model: &CharacterModel) -> Vec<usize> {
-    (1..model.links.len()).filter(|&i| !model.links.iter().any(|l| l.parent == Some(i))).collect()
-}
-
 impl CostTarget {
     pub fn new(model: &CharacterModel, ends: &[usize], tick: &ReferenceTick) -> Self {
         let mut state = State::<f64>::at_rest(model);

@@ -2,11 +2,12 @@
 
 use crate::output::{Outcome, say, say_json};
 use bevy_athlete::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
-use bevy_athlete::cli::load_task;
+use bevy_athlete::cli::{FrameRecorder, load_task};
 use bevy_athlete::control::Policy;
 use bevy_athlete::math::F32x8;
 use bevy_athlete::skill::{PushOptions, SkillDefinition};
-use bevy_athlete::train::ppo::{SkillTask, evaluate};
+use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
+use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, evaluate};
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -32,6 +33,9 @@ pub struct Evaluate {
     /// Threads; by default one for each core
     #[arg(long)]
     threads: Option<usize>,
+    /// Write a storyboard (PNG) of one trial from the start, the reference as a ghost
+    #[arg(long)]
+    storyboard: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -89,6 +93,9 @@ impl Evaluate {
             command: self.command(),
         };
         card.save(folder.join("card.json"))?;
+        if let Some(path) = &self.storyboard {
+            draw_trial(path, &task, &policy, self.seed)?;
+        }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
                 .map(|r| json!({"name": r.name, "trials": r.trials, "successes": r.successes}))
@@ -120,4 +127,34 @@ impl Evaluate {
         let name = self.policy.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         format!("athlete evaluate {name} --trials {} --seed {}{push}", self.trials, self.seed)
     }
+}
+
+/// Draws one trial from the start of the motion, to its end or to where it failed.
+fn draw_trial(path: &Path, task: &SkillTask, policy: &Policy, seed: u64) -> Result<(), Box<dyn std::error::Error>> {
+    let mut task = task.clone();
+    task.skill.episode.from_start = true;
+    let (size, seconds) = (task.layout.size(), task.motion.duration().min(task.skill.episode.seconds));
+    let task = Arc::new(task);
+    let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+    let mut trial = Environment::<f64>::new(task.clone(), seed, 0, &starts);
+    trial.pushes = false;
+    let (mut seen, mut scratch) = (vec![0.0; size], Vec::new());
+    let mut frames = FrameRecorder::new(seconds, true);
+    let mut ending = Ending::GoesOn;
+    frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
+    while ending == Ending::GoesOn {
+        trial.observe(&mut seen);
+        ending = trial.tick(Actor::act(policy, &mut scratch, &mut seen, 1))[0].ending;
+        frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
+    }
+    if ending == Ending::Failed {
+        frames.caption_from(trial.sim.state.time, "failed");
+    }
+    let options = StoryboardOptions {
+        ground: if task.skill.world == "ice" { Ground::Ice } else { Ground::Floor },
+        title: format!("{}, {} by its policy", task.model.name, task.skill.name),
+        ..Default::default()
+    };
+    Storyboard::new(options).write(&task.model, frames.frames(), path)?;
+    Ok(())
 }

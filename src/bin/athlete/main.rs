@@ -5,6 +5,7 @@ mod evaluate;
 mod export_mjcf;
 mod info;
 mod info_policy;
+mod optimize;
 mod output;
 mod reconstruct;
 mod record;
@@ -31,6 +32,8 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Search for a control whose simulation follows a motion
     Reconstruct(reconstruct::Reconstruct),
+    /// Optimise the windows of a skill's key poses: a motion that was simulated
+    Optimize(optimize::Optimize),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
     ExportMjcf(export_mjcf::ExportMjcf),
     /// Show links, masses, joints and contact points of a character, or the contract of a policy
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Simulate(command) => command.run(),
         Command::Reconstruct(command) => command.run(),
+        Command::Optimize(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Train(command) => command.run(),

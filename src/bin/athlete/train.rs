@@ -5,7 +5,8 @@ use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
-use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, trained_policy_bytes};
+use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, trained_policy};
+use bevy_athlete::train::save_policy;
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -70,7 +71,7 @@ pub struct Train {
     /// Folder of the results; by default runs/NAME
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Go on from the checkpoint in --out
+    /// Go on from the checkpoint in --out, with the seed, layers and learning options it was begun with
     #[arg(long)]
     resume: bool,
 }
@@ -235,7 +236,8 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
     if !clip.is_file() {
         trainer.task().clip.save(&clip)?;
     }
-    write_whole(&out.join("policy.onnx"), &trained_policy_bytes(trainer.task(), &best, &motion)?)?;
+    let (layers, contract) = trained_policy(trainer.task(), &best, &motion);
+    save_policy(out.join("policy.onnx"), &layers, &contract)?;
 
     let mut csv = String::from(
         "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
@@ -274,7 +276,7 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
             title: "divergence of the update".into(),
             x_label: "seconds".into(),
             low: 0.0,
-            high: 0.1,
+            high: 0.08,
             curves: vec![curve("divergence", &|i| f64::from(i.divergence))],
         },
     ];

@@ -100,8 +100,7 @@ impl TrackedMotion {
         tick_rate: f64,
         cycle: Option<CycleShift>,
     ) -> Self {
-        let ends: Vec<usize> =
-            (1..model.links.len()).filter(|&i| !model.links.iter().any(|l| l.parent == Some(i))).collect();
+        let ends = model.end_links();
         let constants = LinkConstants::<f64>::of(model);
         let mut state = State::<f64>::at_rest(model);
         let mut links = vec![LinkKinematics::default(); model.links.len()];

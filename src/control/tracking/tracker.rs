@@ -110,19 +110,6 @@ impl<R: Real> Tracker<R> {
     pub fn set_speed(&mut self, lane: usize, speed: f64) {
         self.speed.set_lane(lane, speed);
     }
-    /// Turns a lane's reference about the root, by the small angle `angle` (rad, positive to the left): steering.
-    pub fn steer(&mut self, lane: usize, angle: f64) {
-        let by = Heading { c: 1.0 - 0.5 * angle * angle, s: angle };
-        let mine = Heading { c: self.anchor_heading.c.lane(lane), s: self.anchor_heading.s.lane(lane) };
-        let pivot = self.reference_root().lane(lane);
-        let turned = mine.turned(by).normalized();
-        self.anchor_heading.c.set_lane(lane, turned.c);
-        self.anchor_heading.s.set_lane(lane, turned.s);
-        let moved = pivot - turned.to_world(Vec3::splat(self.now.root_position.lane(lane))).lane(0);
-        self.anchor_place.x.set_lane(lane, moved.x);
-        self.anchor_place.z.set_lane(lane, moved.z);
-    }
-
     /// Sets the servo gains that the options ask for, in every lane.
     pub fn set_gains(&self, sim: &mut Simulator<R>) {
         if let Some((kp, kd)) = self.options.gains {
@@ -156,22 +143,6 @@ impl<R: Real> Tracker<R> {
         }
         for (to, q) in self.to.iter_mut().zip(&p.joints) {
             to.set_lane(lane, *q);
-        }
-    }
-
-    /// Takes over a lane that moves already: the reference is put at tick `tick` where the character is, with its heading.
-    /// Targets go on from `from`, the joint rotations that were commanded last.
-    pub fn take_over(&mut self, sim: &Simulator<R>, lane: usize, tick: usize) {
-        self.enter(lane, tick);
-        let here = Heading::of(sim.state.root_rotation);
-        let there = Heading::of(self.now.root_rotation);
-        let turn = here.relative_to(there);
-        self.anchor_heading.c.set_lane(lane, turn.c.lane(lane));
-        self.anchor_heading.s.set_lane(lane, turn.s.lane(lane));
-        let moved = sim.state.root_position - turn.to_world(self.now.root_position);
-        self.anchor_place.set_lane(lane, moved.lane(lane) * glam::DVec3::new(1.0, 0.0, 1.0));
-        for (to, command) in self.to.iter_mut().zip(&sim.commands) {
-            to.set_lane(lane, command.rotation.lane(lane));
         }
     }
 

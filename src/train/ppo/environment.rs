@@ -38,8 +38,6 @@ pub struct Trial {
     pub reward: f64,
     /// It ended by a failure.
     pub failed: bool,
-    /// Tick of the motion at which it ended.
-    pub at: usize,
 }
 
 /// One lane's trial.
@@ -159,9 +157,8 @@ impl<R: Real> Environment<R> {
         }
     }
 
-    /// One tick of every lane under these actions (lanes x size, row by row). `watch` is called after every fourth of a
-    /// tick.
-    pub fn tick(&mut self, actions: &[f32], mut watch: impl FnMut(&mut Simulator<R>, &Tracker<R>)) -> Vec<Outcome> {
+    /// One tick of every lane under these actions (lanes x size, row by row).
+    pub fn tick(&mut self, actions: &[f32]) -> Vec<Outcome> {
         let task = self.task.clone();
         let size = task.action_size();
         self.tracker.act(|link| {
@@ -181,7 +178,6 @@ impl<R: Real> Environment<R> {
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
             }
-            watch(&mut self.sim, &self.tracker);
         }
         self.tracker.advance(&self.sim);
         let terms = self.tracker.terms(&mut self.sim, &task.weights);
@@ -245,7 +241,7 @@ impl<R: Real> Environment<R> {
     /// The trial of a lane so far.
     pub fn trial(&self, lane: usize, ending: Ending) -> Trial {
         let l = &self.lanes[lane];
-        Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed, at: self.tracker.tick(lane) }
+        Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed }
     }
 
     /// Ticks that a lane's trial may last in all.

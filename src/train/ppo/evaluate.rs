@@ -119,7 +119,7 @@ fn run_batch<R: Real, A: Actor>(
         env.observe(&mut rows);
         let actions = actor.act(scratch, &mut rows, R::LANES).to_vec();
         let per = actions.len() / R::LANES;
-        let outcomes = env.tick(&actions, |_, _| ());
+        let outcomes = env.tick(&actions);
         for (lane, outcome) in outcomes.into_iter().enumerate() {
             if !open[lane] {
                 continue;

@@ -9,7 +9,6 @@ use crate::train::nn::{Activation, Activations, Network};
 use crate::train::ppo::evaluate::Actor;
 use crate::train::ppo::task::SkillTask;
 use crate::train::ppo::trainer::Trained;
-use crate::train::{ExportError, policy_bytes};
 
 /// The layers of a network, for export.
 impl From<&Network> for DenseLayers {
@@ -19,18 +18,20 @@ impl From<&Network> for DenseLayers {
             sizes: network.sizes().to_vec(),
             activation: match network.activation() {
                 Activation::Tanh => LayerActivation::Tanh,
+                Activation::Elu => LayerActivation::Elu,
             },
-            layers: (0..network.depth()).map(layer).collect(),
+            layers: (0..network.layers()).map(layer).collect(),
         }
     }
 }
 
-/// The ONNX file of a trained policy. `motion_file` is the name of the clip that will lie beside it.
-pub fn trained_policy_bytes(task: &SkillTask, trained: &Trained, motion_file: &str) -> Result<Vec<u8>, ExportError> {
+/// Layers and contract of a trained policy, for [`save_policy`](crate::train::save_policy). `motion_file` is the name of the clip
+/// that will lie beside it.
+pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) -> (DenseLayers, PolicyContract) {
     let normalizer = &trained.normalizer;
     // An observation with something to see: two deviations to either side, turn about.
     let golden: Vec<f32> = (normalizer.shift.iter().zip(&normalizer.scale).enumerate())
-        .map(|(k, (shift, scale))| shift + if k % 2 == 0 { 2.0 } else { -2.0 } / scale)
+        .map(|(k, (shift, scale))| shift + (if k % 2 == 0 { 2.0 } else { -2.0 }) / scale)
         .collect();
     let mut seen = golden.clone();
     normalizer.apply(&mut seen);
@@ -58,7 +59,7 @@ pub fn trained_policy_bytes(task: &SkillTask, trained: &Trained, motion_file: &s
         gains: task.skill.gains,
         golden: GoldenPair { observation: golden, action },
     };
-    policy_bytes(&DenseLayers::from(&trained.actor), &contract)
+    (DenseLayers::from(&trained.actor), contract)
 }
 
 /// A policy read from its file acts as in a game: raw observations through tract. Rows that it refuses get no action.

@@ -42,7 +42,8 @@ pub(crate) struct UpdateReport {
 /// Rows of a minibatch side by side, and the gradients of one shard.
 #[derive(Default)]
 struct Shard {
-    scratch: Activations,
+    actor_scratch: Activations,
+    critic_scratch: Activations,
     observations: Vec<f32>,
     d_mean: Vec<f32>,
     d_value: Vec<f32>,
@@ -118,8 +119,11 @@ impl Learner {
                 if sum.divergence > options.largest_divergence {
                     break 'epochs;
                 }
-                clip_norm(&mut [&mut sum.actor_gradient], options.largest_gradient);
-                clip_norm(&mut [&mut sum.critic_gradient], options.largest_gradient);
+                let actor_norm = clip_norm(&mut [&mut sum.actor_gradient], options.largest_gradient);
+                let critic_norm = clip_norm(&mut [&mut sum.critic_gradient], options.largest_gradient);
+                if !(actor_norm.is_finite() && critic_norm.is_finite()) {
+                    break 'epochs;
+                }
                 self.actor_adam.step(self.actor.parameters_mut(), &sum.actor_gradient, options.rate);
                 self.critic_adam.step(self.critic.parameters_mut(), &sum.critic_gradient, options.critic_rate);
                 report.updates += 1;
@@ -176,7 +180,7 @@ impl Shard {
         let share = 1.0 / count as f32;
         let precision = 1.0 / (options.sigma * options.sigma);
 
-        let out = actor.forward(&mut self.scratch, &self.observations, n);
+        let out = actor.forward(&mut self.actor_scratch, &self.observations, n);
         self.d_mean.clear();
         for (k, &row) in rows.iter().enumerate() {
             let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
@@ -195,9 +199,9 @@ impl Shard {
             self.divergence += (ratio - 1.0 - log_ratio) * share;
             self.clipped += f32::from(u8::from(outside)) * share;
         }
-        actor.backward(&mut self.scratch, &self.observations, n, &self.d_mean, &mut self.actor_gradient);
+        actor.backward(&mut self.actor_scratch, &self.observations, n, &self.d_mean, &mut self.actor_gradient);
 
-        let out = critic.forward(&mut self.scratch, &self.observations, n);
+        let out = critic.forward(&mut self.critic_scratch, &self.observations, n);
         self.d_value.clear();
         for (k, &row) in rows.iter().enumerate() {
             let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
@@ -205,6 +209,6 @@ impl Shard {
             self.critic_loss += error * error * share;
             self.d_value.push(error * share);
         }
-        critic.backward(&mut self.scratch, &self.observations, n, &self.d_value, &mut self.critic_gradient);
+        critic.backward(&mut self.critic_scratch, &self.observations, n, &self.d_value, &mut self.critic_gradient);
     }
 }

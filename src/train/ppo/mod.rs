@@ -18,7 +18,7 @@ mod trainer;
 pub use environment::{Ending, Environment, Outcome, Trial};
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
-pub use export::trained_policy_bytes;
+pub use export::trained_policy;
 pub use normalizer::Normalizer;
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};

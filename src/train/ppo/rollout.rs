@@ -30,7 +30,8 @@ pub(crate) struct Player<'a> {
 pub(crate) struct Pod {
     environments: Vec<Environment<Lanes>>,
     random: RandomStream,
-    scratch: Activations,
+    actor_scratch: Activations,
+    critic_scratch: Activations,
     pub observations: Vec<f32>,
     pub raw: Vec<f32>,
     pub actions: Vec<f32>,
@@ -55,7 +56,8 @@ impl Pod {
         Self {
             environments,
             random: RandomStream::new(seed, 500 + number),
-            scratch: Activations::default(),
+            actor_scratch: Activations::default(),
+            critic_scratch: Activations::default(),
             observations: Vec::new(),
             raw: Vec::new(),
             actions: Vec::new(),
@@ -104,8 +106,8 @@ impl Pod {
             self.seconds.0 += lap(&mut clock);
 
             let at = tick * rows..(tick + 1) * rows;
-            self.values[at.clone()].copy_from_slice(player.critic.forward(&mut self.scratch, observation, rows));
-            let mean = player.actor.forward(&mut self.scratch, observation, rows);
+            self.values[at.clone()].copy_from_slice(player.critic.forward(&mut self.critic_scratch, observation, rows));
+            let mean = player.actor.forward(&mut self.actor_scratch, observation, rows);
             let actions = &mut self.actions[tick * rows * outputs..(tick + 1) * rows * outputs];
             for row in 0..rows {
                 let mut square = 0.0;
@@ -120,7 +122,7 @@ impl Pod {
 
             let per = Lanes::LANES;
             for (b, env) in self.environments.iter_mut().enumerate() {
-                let outcomes = env.tick(&actions[b * per * outputs..(b + 1) * per * outputs], |_, _| ());
+                let outcomes = env.tick(&actions[b * per * outputs..(b + 1) * per * outputs]);
                 for (lane, outcome) in outcomes.into_iter().enumerate() {
                     let row = tick * rows + b * per + lane;
                     let failed = outcome.ending == Ending::Failed;
@@ -148,7 +150,7 @@ impl Pod {
             env.observe(part);
         }
         player.normalizer.apply(&mut after);
-        let mut next_value = player.critic.forward(&mut self.scratch, &after, rows).to_vec();
+        let mut next_value = player.critic.forward(&mut self.critic_scratch, &after, rows).to_vec();
         self.estimate_advantages(player, ticks, &mut next_value);
         self.seconds.1 += lap(&mut clock);
     }

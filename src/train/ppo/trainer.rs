@@ -38,7 +38,7 @@ pub struct TrainOptions {
     pub clip: f32,
     /// First learning rate; it follows the divergence.
     pub rate: f32,
-    /// Divergence at which an iteration's update stops; half of it is aimed at.
+    /// Divergence at which an iteration's update stops and the learning rate falls; below half of it the rate rises.
     pub divergence: f32,
     /// Standard deviation of the exploration at the start and in the end, in units of the action.
     pub sigma: (f32, f32),
@@ -224,6 +224,14 @@ impl Trainer {
         if saved.actor.outputs() != task.action_size() {
             return differs("action", &saved.actor.outputs(), &task.action_size());
         }
+        if (saved.critic.inputs(), saved.critic.outputs()) != (task.layout.size(), 1) {
+            return differs("critic's output", &saved.critic.outputs(), &1);
+        }
+        for (adam, network) in [(&saved.actor_adam, &saved.actor), (&saved.critic_adam, &saved.critic)] {
+            if adam.parameters() != network.parameters().len() {
+                return differs("optimiser's length", &adam.parameters(), &network.parameters().len());
+            }
+        }
         let mut trainer = Self::new(task, saved.options)?;
         trainer.learner = Learner::new(saved.actor, saved.critic);
         trainer.learner.actor_adam = saved.actor_adam;
@@ -261,20 +269,6 @@ impl Trainer {
             best: self.best.clone(),
         };
         serde_json::to_string(&saved).unwrap_or_default()
-    }
-
-    /// Continues from another policy of the same sizes instead of a random one.
-    pub fn start_from(&mut self, other: &Trained) -> Result<(), TrainError> {
-        if other.actor.sizes() != self.learner.actor.sizes() {
-            return Err(TrainError::Checkpoint {
-                what: "network",
-                found: format!("{:?}", other.actor.sizes()),
-                expected: format!("{:?}", self.learner.actor.sizes()),
-            });
-        }
-        self.learner.actor = other.actor.clone();
-        self.normalizer = other.normalizer.clone();
-        Ok(())
     }
 
     /// The task.
