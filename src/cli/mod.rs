@@ -9,6 +9,7 @@
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
+//! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
@@ -16,6 +17,7 @@ mod find_key_poses;
 mod frames;
 mod info;
 mod input;
+mod motion_frames;
 mod perform;
 mod push;
 mod skills;
@@ -26,6 +28,7 @@ pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
+pub use motion_frames::{clip_frames, key_pose_frames};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
 pub use push::Push;
 pub use skills::{SKILLS_FOLDER, SkillInputError, find_skill, load_task};
