@@ -207,9 +207,10 @@ impl<'a> PoseSolver<'a> {
             })
             .collect();
         let upright = self.upright(trunk, &local, size);
-        let mut starts = vec![self.bent_towards(&local, &upright, size), upright];
+        let bent = |twisted: bool| self.bent_towards(&local, &upright, size, twisted);
+        let mut starts = vec![bent(true), bent(false), upright.clone()];
         if let Some(fit) = start {
-            let mut from = starts[1].clone();
+            let mut from = upright.clone();
             from.joints.clone_from(&fit.joints);
             from.root_rotation = fit.root_rotation;
             starts.push(from);
@@ -326,8 +327,15 @@ impl<'a> PoseSolver<'a> {
         Some((places.point(self.body.points[index].as_ref()?), targets[index]?.position))
     }
 
-    /// From the trunk outwards, each joint swung so that the next landmarks lie in their direction.
-    fn bent_towards(&self, targets: &[Option<LandmarkTarget>], from: &Unknowns, size: &BodySize) -> Unknowns {
+    /// From the trunk outwards, each joint swung so that the next landmarks lie in their direction; with `twisted` also
+    /// turned about that direction so that the joint after it, if it bends about x above all, can bend the way it does.
+    fn bent_towards(
+        &self,
+        targets: &[Option<LandmarkTarget>],
+        from: &Unknowns,
+        size: &BodySize,
+        twisted: bool,
+    ) -> Unknowns {
         let mut x = from.clone();
         for (j, link) in self.model.links.iter().enumerate().skip(1) {
             let places = self.places(&x);
@@ -347,7 +355,8 @@ impl<'a> PoseSolver<'a> {
             let (Some(own), Some(source)) = (own.try_normalize(), source.try_normalize()) else { continue };
             let parent = places.rotation[link.parent.unwrap_or(0)];
             let swing = parent.conjugate() * DQuat::from_rotation_arc(own, source) * parent;
-            let mut r = swing.to_scaled_axis();
+            let turn = if twisted { self.twist_for_bend(targets, &places, j, swing) } else { DQuat::IDENTITY };
+            let mut r = (swing * turn).to_scaled_axis();
             if let JointKind::Hinge { axis } = link.joint {
                 r = axis * r.dot(axis);
             }
@@ -355,6 +364,34 @@ impl<'a> PoseSolver<'a> {
         }
         x.log_lengths = self.log_lengths(size);
         x
+    }
+
+    /// The turn of link `j` about the way to its only child that lets the child bend about x towards its landmarks.
+    fn twist_for_bend(&self, targets: &[Option<LandmarkTarget>], places: &Places, j: usize, swing: DQuat) -> DQuat {
+        let mut children = (0..self.model.links.len()).filter(|&c| self.model.links[c].parent == Some(j));
+        let (Some(child), None) = (children.next(), children.next()) else { return DQuat::IDENTITY };
+        let (link, spread) = (&self.model.links[child], self.body.spread[child]);
+        let (Some(limits), true) = (link.limits, spread.x > 2.0 * spread.z) else { return DQuat::IDENTITY };
+        // Where the child lies when it is straight, where it should lie, and where bending takes it, link frame.
+        let rotation = places.rotation[self.model.links[j].parent.unwrap_or(0)] * swing;
+        let joint = places.origin[j] + rotation * (link.offset * places.length[j]);
+        let (mut own, mut source) = (DVec3::ZERO, DVec3::ZERO);
+        for (point, target) in self.body.points.iter().zip(targets) {
+            let (Some(point), Some(target)) = (point, target) else { continue };
+            let below = self.model.links[point.link].parent == Some(child);
+            let arm = if below { self.model.links[point.link].offset } else { point.position };
+            if (point.link == child || below) && arm.length() > 0.02 {
+                own += arm;
+                source += rotation.conjugate() * (target.position - joint);
+            }
+        }
+        let (Some(own), Some(source)) = (own.try_normalize(), source.try_normalize()) else { return DQuat::IDENTITY };
+        let bent = DVec3::X.cross(own) * (limits.low.x + limits.high.x).signum();
+        let aside = source - own * source.dot(own);
+        if aside.length() < 0.2 {
+            return DQuat::IDENTITY;
+        }
+        DQuat::from_axis_angle(own, bent.cross(aside).dot(own).atan2(bent.dot(aside)))
     }
 
     fn places(&self, x: &Unknowns) -> Places {
