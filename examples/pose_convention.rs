@@ -15,14 +15,12 @@ use std::error::Error;
 type Row = (&'static str, &'static [&'static str], [(f64, &'static str); 3]);
 
 /// The trunk bends in two joints.
-const JOINTS: [Row; 7] = [
+const JOINTS: [Row; 5] = [
     ("hip", &["thigh_right"], [(60.0, "forwards"), (40.0, "turns left"), (40.0, "to the right")]),
     ("knee", &["shin_right"], [(-80.0, "bends"), (30.0, "turns left"), (20.0, "to the right")]),
     ("ankle", &["foot_right"], [(35.0, "toes up"), (35.0, "toes left"), (35.0, "sole right")]),
     ("shoulder", &["bicep_right"], [(80.0, "forwards"), (50.0, "turns left"), (80.0, "to the right")]),
-    ("elbow", &["forearm_right"], [(90.0, "bends"), (60.0, "turns left"), (20.0, "to the right")]),
     ("trunk", &["abdomen", "spine"], [(-30.0, "forwards"), (25.0, "turns left"), (25.0, "tilts left")]),
-    ("head", &["head"], [(-40.0, "nods"), (50.0, "turns left"), (35.0, "tilts left")]),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -47,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let options = StoryboardOptions {
-        width: 1820,
+        width: 1600,
         height: 1290,
         frames: frames.len(),
         columns: JOINTS.len(),

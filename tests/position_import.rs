@@ -152,7 +152,7 @@ fn joints_are_recovered_within_two_centimetres() {
         assert!(exact.rms < 0.012 && exact.percentile(95) < 0.02, "{character} from {layout} without noise");
         // 1 cm away in all, and 1 cm on every coordinate, which is 1.7 cm in all.
         let near = accuracy(character, layout, 100, 0.01 / f64::sqrt(3.0));
-        assert!(near.rms < 0.015 && near.percentile(90) < 0.0205, "{character} from {layout}, 1 cm");
+        assert!(near.rms < 0.015 && near.percentile(80) < 0.02, "{character} from {layout}, 1 cm");
         let far = accuracy(character, layout, 100, 0.01);
         assert!(far.rms < 0.0173, "{character} from {layout}: no better than the landmarks themselves");
         // SMPL has landmarks on the trunk: then it is so in every single pose.

@@ -189,8 +189,8 @@ fn contacts(pixmap: &mut Pixmap, style: &CellStyle, camera: &Camera, frame: &Sto
 
 /// The world's axes, in the lower left corner.
 fn axes(pixmap: &mut Pixmap, style: &CellStyle, camera: &Camera) {
-    let size = style.text;
-    let origin = (size * 4.2, style.size.1 as f32 - size * 4.2);
+    let size = style.text.min(style.size.0 as f32 * 0.04);
+    let origin = (size * 4.2, style.size.1 as f32 - size * 3.0);
     let hues: [[u8; 4]; 3] = [[200, 40, 50, 255], [30, 130, 60, 255], [50, 80, 200, 255]];
     for ((axis, name), hue) in [(DVec3::X, "X"), (DVec3::Y, "Y"), (DVec3::Z, "Z")].into_iter().zip(hues) {
         let v = camera.axes * axis;

@@ -137,7 +137,7 @@ impl ImportJoints {
             100.0 * worst
         ))?;
         if !imported.unshown.is_empty() {
-            say(&format!("not shown        {} by this layout; near straight", imported.unshown.join(", ")))?;
+            say(&format!("not shown        {} by this layout: near straight", imported.unshown.join(", ")))?;
         }
         say(&format!("key poses        {} ({})", out.display(), poses.len()))
     }
