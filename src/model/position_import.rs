@@ -378,7 +378,7 @@ fn write(
                 model.links.iter().zip(&fit.joints).skip(1).map(|(link, r)| (link.name.clone(), degrees(*r))).collect();
             let pose = KeyPose {
                 lateral: if travels { (fit.root_position - first).dot(right) } else { 0.0 },
-                height: options.travel.then(|| fit.root_position.y - ground),
+                height: options.travel.then_some(fit.root_position.y - ground),
                 turn,
                 root: degrees(root),
                 joints,
