@@ -7,10 +7,13 @@
 mod policy_support;
 
 use bevy_athlete::asset::dense_layers::Activation;
+use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::math::RandomStream;
+use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, skater};
 use bevy_athlete::train::save_policy;
-use serde_json::Value;
+use glam::DQuat;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -289,6 +292,106 @@ fn simulate_says_what_is_wrong() {
     refused(&["simulate", "--character", "skater", "--motion", &wrong], &["wrong.clip.ron", "tail", "abdomen"]);
     // Too stiff a push for the step: reported, not written on.
     refused(&[&run[..], &["--push", "head:99999,0,0:0:1"]].concat(), &["left its range"]);
+}
+
+/// The 24 SMPL joints of the skater in a step, metres, Y up, facing +Z.
+fn smpl_step() -> Vec<[f64; 3]> {
+    let (model, layout) = (skater(), LandmarkLayout::built_in("smpl24").unwrap());
+    let mut pose = ModelPose::zero(&model);
+    let bends = [("thigh_left", 50.0), ("shin_left", -60.0), ("shin_right", -35.0), ("forearm_right", 40.0)];
+    for (link, degrees) in bends {
+        pose.joints[model.link_index(link).unwrap()] = DQuat::from_rotation_x(f64::to_radians(degrees));
+    }
+    let mut links = Vec::new();
+    pose.link_transforms(&model, &mut links);
+    let body = BodyLandmarks::new(&layout, &model).unwrap();
+    let place = |p: &BodyLandmark| links[p.link].position + links[p.link].rotation * p.position;
+    body.points.iter().map(|p| layout.axes.from_ours(place(p.as_ref().unwrap())).to_array()).collect()
+}
+
+#[test]
+fn joints_are_imported_and_shown() {
+    let folder = Folder::new("import");
+    let joints = smpl_step();
+    let file = folder.write("step.json", &json!({ "fps": 10, "frames": [joints, joints, joints] }).to_string());
+    let keys = folder.path("step.keyposes.ron");
+    let text = done(&["import-joints", &file]);
+    for word in
+        ["3 frames of 24 landmarks (smpl24)", "units of the file in a metre of the skater", "step.keyposes.ron (3)"]
+    {
+        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
+    }
+    let read = KeyPoses::load(&keys).unwrap();
+    let knee = read.poses[0].joints["shin_left"];
+    assert!((knee.0 + 60.0).abs() < 2.0, "{knee:?}");
+    // What is there is not overwritten unless asked for.
+    refused(&["import-joints", &file], &["step.keyposes.ron exists", "--out"]);
+    let report = done_json(&["import-joints", &file, "--out", &keys, "--every", "2", "--json"]);
+    assert_eq!((report["poses"].as_u64(), report["layout"].as_str()), (Some(2), Some("smpl24")));
+    assert!(report["worst_rms_m"].as_f64().unwrap() < 0.01 && report["warnings"].as_array().unwrap().is_empty());
+    assert_eq!(KeyPoses::load(&keys).unwrap().seconds, [0.2, 0.2]);
+
+    // Left called right, and a landmark that is missing: warnings, in words and as JSON; put right by --exchange.
+    let layout = LandmarkLayout::built_in("smpl24").unwrap();
+    let mut wrong: Vec<Value> = (0..24).map(|i| json!(joints[layout.partner(i)])).collect();
+    wrong[layout.index("left_wrist").unwrap()] = Value::Null;
+    let file = folder.write("wrong.json", &json!(wrong).to_string());
+    let output = athlete(&["import-joints", &file, "--out", &keys]);
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{complaint}");
+    for word in ["warning: frame 0: left and right of the body", "left_wrist not seen"] {
+        assert!(complaint.contains(word), "`{word}` is missing in: {complaint}");
+    }
+    let report = done_json(&["import-joints", &file, "--out", &keys, "--exchange", "body", "--json"]);
+    assert_eq!(report["warnings"].as_array().unwrap().len(), 1, "{report}");
+
+    // Pictures: one figure for each key pose; of clips at even times.
+    let picture = folder.path("out.png");
+    let shown = done_json(&["show", &keys, "--storyboard", &picture, "--json"]);
+    assert_eq!((shown["figures"].as_u64(), shown["character"].as_str()), (Some(1), Some("skater")));
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", root_height("runner"), 30));
+    let words = done(&["show", &clip, "--character", "skater", "--storyboard", &picture, "--figures", "5"]);
+    assert!(words.contains("30 poses, 2.90 s, character skater") && words.contains("(5 figures)"), "{words}");
+
+    refused(&["show", &keys, "--storyboard", &picture, "--figures", "0"], &["--figures 0", "1 to 64"]);
+    refused(&["show", &keys, "--storyboard", "/no/such/folder/x.png"], &["/no/such/folder/x.png"]);
+    refused(&["show", &file, "--storyboard", &picture], &["wrong.json", ".keyposes.ron"]);
+    refused(
+        &["show", &keys, "--storyboard", &picture, "--character", "runner"],
+        &["step.keyposes.ron", "no such joint"],
+    );
+}
+
+#[test]
+fn import_joints_says_what_is_wrong() {
+    let folder = Folder::new("import-refusals");
+    let file = folder.write("good.json", &json!(smpl_step()).to_string());
+    let run = ["import-joints", &file];
+    refused(&[&run[..], &["--out", "x.json"]].concat(), &["--out x.json", ".keyposes.ron"]);
+    refused(&[&run[..], &["--out", "/no/such/folder/x.keyposes.ron"]].concat(), &["--out", "/no/such/folder"]);
+    refused(&[&run[..], &["--layout", "coco"]].concat(), &["coco", "smpl24, mediapipe33"]);
+    refused(&[&run[..], &["--axes", "x_up"]].concat(), &["x_up", "y_down"]);
+    refused(&[&run[..], &["--exchange", "head"]].concat(), &["head", "legs"]);
+    refused(&[&run[..], &["--frames", "0,7"]].concat(), &["good.json", "frames is 7", "0 to 0"]);
+    refused(&[&run[..], &["--every", "0"]].concat(), &["--every 0"]);
+    refused(&[&run[..], &["--min-visibility", "2"]].concat(), &["minimum visibility is 2"]);
+    refused(&[&run[..], &["--fps", "0"]].concat(), &["fps", "0.1 to 1000"]);
+    refused(&["import-joints", "none.json"], &["none.json"]);
+    for (text, words) in [
+        ("[[NaN, 0, 0]]", &["line 1", "null"][..]),
+        ("[[1, 2, 3]]", &["1 landmarks", "smpl24"]),
+        (
+            "{\"layout\": \"smpl24\", \"joints\": {\"left_hip\": [0, 1, 0]}}",
+            &["frame 0", "right_hip", "at least three"],
+        ),
+    ] {
+        let bad = folder.write("bad.json", text);
+        refused(&["import-joints", &bad], &[&["bad.json"], words].concat());
+    }
+    let names: Vec<String> =
+        std::fs::read_dir(&folder.0).unwrap().map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(names.iter().all(|n| n.ends_with(".json")), "nothing is written: {names:?}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Contract: whatever comes in, nothing panics, and a lane that goes bad stays alone.
 //!
-//! More than 10,000 mutated inputs: controls, characters, motions, clips, joint maps and key poses as text, and commands
+//! More than 10,000 mutated inputs: controls, characters, motions, clips, joint maps, key poses and
+//! joint positions as text, and commands
 //! as numbers (NaN, infinities, huge, tiny, in targets, gains, torques, pushes, friction, states) to a running batch. What
 //! is accepted is used: models are built and stepped, clips sampled, controls played, motions imported by mutated maps.
 //! The other lanes of a batch must keep the bits they have without the bad one, at every step.
@@ -15,12 +16,15 @@ use bevy_athlete::asset::Character;
 use bevy_athlete::asset::bvh::Bvh;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::joint_map::JointMap;
+use bevy_athlete::asset::joint_positions::{JointPositions, PositionOptions};
+use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::contact::{Geometry, HeightField, Solid, Surface, World};
 use bevy_athlete::control::{ControlError, ControlPlayer, ReconstructedControl};
 use bevy_athlete::dynamics::State;
 use bevy_athlete::math::{F64x4, RandomStream, Real, Vec3};
 use bevy_athlete::model::{
-    CharacterModel, KeyPoses, PRESET_NAMES, SharedModel, import_bvh, preset, preset_source, skater,
+    BodyLandmarks, CharacterModel, KeyPoses, PRESET_NAMES, PositionImportOptions, SharedModel, import_bvh,
+    import_positions, preset, preset_source, skater,
 };
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
 use common::*;
@@ -167,6 +171,52 @@ fn key_poses() {
     }
     println!("key poses: of {count} mutations {accepted} accepted, {fitted} became a clip that was sampled");
     assert!(fitted > 100 && accepted > fitted);
+}
+
+/// Positions of a few frames as an estimator writes them, and landmark layouts.
+#[test]
+fn joint_positions() {
+    let model = skater();
+    let layout = LandmarkLayout::built_in("smpl24").unwrap();
+    let body = BodyLandmarks::new(&layout, &model).unwrap();
+    let rest = model.rest_positions();
+    let joints: Vec<String> = body
+        .points
+        .iter()
+        .map(|p| {
+            let p = layout.axes.from_ours(p.map_or(DVec3::ZERO, |p| rest[p.link] + p.position));
+            format!("[{:.3}, {:.3}, {:.3}, 0.9]", p.x, p.y, p.z)
+        })
+        .collect();
+    let frame = joints.join(", ");
+    let text = format!(
+        "{{\"layout\": \"smpl24\", \"axes\": \"y_up\", \"fps\": 30, \"frames\": [[{frame}], {{\"time\": 0.1, \"joints\": [{frame}]}}]}}"
+    );
+    let mut random = RandomStream::new(20_190_108, 1);
+    let (mut accepted, mut imported, count) = (0, 0, 1500);
+    for _ in 0..count {
+        let mutated = mutate(&text, &mut random);
+        let Ok(positions) = JointPositions::from_json(&mutated, &PositionOptions::default()) else { continue };
+        accepted += 1;
+        // Inverse kinematics of each takes its time.
+        if accepted % 10 == 0
+            && let Ok(poses) = import_positions(&model, &positions, &PositionImportOptions::default())
+        {
+            assert!(sampled(&poses.key_poses.to_clip(&model).unwrap(), &model));
+            imported += 1;
+        }
+    }
+    println!("joint positions: of {count} mutations {accepted} accepted; of each tenth {imported} became key poses");
+    assert!(accepted > 100 && imported > 10);
+
+    let text = include_str!("../assets/landmarks/smpl24.landmarks.ron");
+    let mut fitted = 0;
+    for _ in 0..count {
+        let Ok(layout) = LandmarkLayout::from_ron(&mutate(text, &mut random)) else { continue };
+        fitted += usize::from(BodyLandmarks::new(&layout, &model).is_ok());
+    }
+    println!("landmark layouts: of {count} mutations {fitted} fit the skater");
+    assert!(fitted > 50);
 }
 
 /// Numbers that nobody should send.

@@ -180,7 +180,7 @@ impl MotionClip {
 }
 
 /// The name of the joint on the other side; the name itself where it names no side.
-fn other_side(name: &str) -> String {
+pub(crate) fn other_side(name: &str) -> String {
     for (left, right) in [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")] {
         if name.contains(left) {
             return name.replacen(left, right, 1);

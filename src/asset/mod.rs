@@ -6,11 +6,13 @@ pub mod card;
 mod character;
 mod character_check;
 pub mod clip;
-mod clip_edit;
+pub(crate) mod clip_edit;
 mod clip_file;
 pub mod dense_layers;
 mod error;
 pub mod joint_map;
+pub mod joint_positions;
+pub mod landmark_layout;
 pub mod policy_contract;
 pub(crate) mod turn;
 

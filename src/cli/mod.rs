@@ -11,6 +11,7 @@
 //! | [`run_program`] | performs a program of skills from a disturbed start |
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
+//! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
@@ -18,6 +19,7 @@ mod find_key_poses;
 mod frames;
 mod info;
 mod input;
+mod motion_frames;
 mod perform;
 mod program_run;
 mod push;
@@ -29,6 +31,7 @@ pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{InputError, load_character, load_motion};
+pub use motion_frames::{clip_frames, key_pose_frames};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;

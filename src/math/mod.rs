@@ -1,5 +1,6 @@
 //! The numeric ground floor: the lane type, rotations, spatial algebra and seeded random streams.
 
+mod cholesky;
 mod lanes;
 mod mat3;
 mod quat;
@@ -8,6 +9,7 @@ mod real;
 mod spatial;
 mod vec3;
 
+pub use cholesky::Cholesky;
 pub use lanes::{F32x8, F32x8Fused, F64Fused, F64x4, F64x4Fused};
 pub use mat3::{Mat3, Sym3};
 pub use quat::{Quat, half_angle_over_sine};

@@ -1,26 +1,37 @@
 //! The frozen description of a character, built once from a validated file.
 
+mod body_landmarks;
 mod build;
 mod character_model;
+mod inverse_kinematics;
+mod key_pose_text;
 mod key_poses;
 mod mass;
 mod mass_path;
 mod mjcf;
 mod model_clip;
 mod overlap;
+mod position_import;
 mod presets;
 mod retarget;
+mod side_check;
 mod sole_height;
 mod windows;
 
+pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
 pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
 };
+pub use inverse_kinematics::{BodySize, LandmarkTarget, PoseFit, PoseSolver};
 pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};
 pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
+pub use position_import::{
+    ImportedPoses, PositionImportError, PositionImportOptions, PositionWarning, import_positions,
+};
 pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};
 pub use retarget::{ImportError, import_bvh};
+pub use side_check::SidedPart;
 pub use sole_height::SoleHeights;
 pub use windows::{BodyPart, Objective, OptimizeRecord, Side, Window};

@@ -49,6 +49,23 @@ pub(crate) fn line(pixmap: &mut Pixmap, from: (f32, f32), to: (f32, f32), width:
     }
 }
 
+/// An arrow; `unit` is about half of its line's width, pixels.
+fn arrow(pixmap: &mut Pixmap, from: (f32, f32), (x, y): (f32, f32), unit: f32, c: [u8; 4]) {
+    let (dx, dy) = (x - from.0, y - from.1);
+    let length = dx.hypot(dy).max(1e-3);
+    let (ux, uy) = (dx / length, dy / length);
+    let head = 4.0 * unit;
+    line(pixmap, from, (x - ux * head, y - uy * head), 1.6 * unit, c);
+    let mut b = PathBuilder::new();
+    b.move_to(x, y);
+    b.line_to(x - ux * head * 1.5 - uy * head * 0.7, y - uy * head * 1.5 + ux * head * 0.7);
+    b.line_to(x - ux * head * 1.5 + uy * head * 0.7, y - uy * head * 1.5 - ux * head * 0.7);
+    b.close();
+    if let Some(path) = b.finish() {
+        pixmap.fill_path(&path, &solid_paint(c), FillRule::Winding, Transform::identity(), None);
+    }
+}
+
 /// What a cell is drawn with.
 pub(crate) struct CellStyle<'a> {
     pub model: &'a CharacterModel,
@@ -85,6 +102,9 @@ pub(crate) fn draw_cell(style: &CellStyle, camera: &Camera, frame: &StoryboardFr
     layer.over(&mut pixmap, 1.0);
 
     contacts(&mut pixmap, style, camera, frame);
+    if style.options.axes {
+        axes(&mut pixmap, style, camera);
+    }
     labels(&mut pixmap, style, frame);
     Some(pixmap)
 }
@@ -158,20 +178,8 @@ fn contacts(pixmap: &mut Pixmap, style: &CellStyle, camera: &Camera, frame: &Sto
         let (x, y, _) = camera.project(touch.position);
         let (tx, ty, _) = camera.project(touch.position + touch.force / weight * FORCE_LENGTH);
         let (dx, dy) = (tx - x, ty - y);
-        let length = dx.hypot(dy);
-        if length > 6.0 * unit {
-            let (ux, uy) = (dx / length, dy / length);
-            let head = 4.0 * unit;
-            line(pixmap, (x, y), (tx - ux * head, ty - uy * head), 1.6 * unit, [214, 40, 90, 215]);
-            let mut b = PathBuilder::new();
-            b.move_to(tx, ty);
-            b.line_to(tx - ux * head * 1.5 - uy * head * 0.7, ty - uy * head * 1.5 + ux * head * 0.7);
-            b.line_to(tx - ux * head * 1.5 + uy * head * 0.7, ty - uy * head * 1.5 - ux * head * 0.7);
-            b.close();
-            if let Some(path) = b.finish() {
-                let paint = solid_paint([214, 40, 90, 230]);
-                pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
-            }
+        if dx.hypot(dy) > 6.0 * unit {
+            arrow(pixmap, (x, y), (tx, ty), unit, [214, 40, 90, 220]);
         }
         let radius = unit * (1.8 + 2.0 * share.sqrt() as f32);
         disc(pixmap, x, y, radius + 0.9 * unit, [255, 255, 255, 235]);
@@ -179,16 +187,34 @@ fn contacts(pixmap: &mut Pixmap, style: &CellStyle, camera: &Camera, frame: &Sto
     }
 }
 
+/// The world's axes, in the lower left corner.
+fn axes(pixmap: &mut Pixmap, style: &CellStyle, camera: &Camera) {
+    let size = style.text.min(style.size.0 as f32 * 0.04);
+    let origin = (size * 4.2, style.size.1 as f32 - size * 3.0);
+    let hues: [[u8; 4]; 3] = [[200, 40, 50, 255], [30, 130, 60, 255], [50, 80, 200, 255]];
+    for ((axis, name), hue) in [(DVec3::X, "X"), (DVec3::Y, "Y"), (DVec3::Z, "Z")].into_iter().zip(hues) {
+        let v = camera.axes * axis;
+        let at = |length: f32| (origin.0 + v.x as f32 * length, origin.1 - v.y as f32 * length);
+        arrow(pixmap, origin, at(size * 2.8), size / 10.0, hue);
+        let (x, y) = at(size * 3.6);
+        draw_text(pixmap, name, x - size * 0.3, y + size * 0.4, size * 0.8, color(hue));
+    }
+}
+
 /// The time, and the caption below it.
 fn labels(pixmap: &mut Pixmap, style: &CellStyle, frame: &StoryboardFrame) {
     let size = style.text;
     let x = size * 0.9;
-    draw_text(pixmap, &format!("{:.2} s", frame.time), x, size * 1.9, size, color(INK));
+    let mut y = size * 1.9;
+    if style.options.times {
+        draw_text(pixmap, &format!("{:.2} s", frame.time), x, y, size, color(INK));
+        y += size * 1.5;
+    }
     if !frame.caption.is_empty() {
         // A caption too long for the cell is written smaller, down to a limit.
         let room = style.size.0 as f32 - 1.8 * size;
         let wanted = text_width(&frame.caption, size * 0.8);
         let small = size * 0.8 * (room / wanted).clamp(0.55, 1.0);
-        draw_text(pixmap, &frame.caption, x, size * 3.4, small, color([96, 110, 128, 255]));
+        draw_text(pixmap, &frame.caption, x, y, small, color([96, 110, 128, 255]));
     }
 }

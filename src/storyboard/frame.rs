@@ -83,6 +83,8 @@ pub struct StoryboardOptions {
     pub height: u32,
     /// Number of cells (1 to 64); fewer where fewer frames are given or a cell would be narrower than 16 pixels.
     pub frames: usize,
+    /// Most cells in a row (1 to 64); what is more goes into rows below.
+    pub columns: usize,
     /// Camera azimuth, rad: 0 looks at the side with the heading to the right, positive moves the camera to the front.
     pub azimuth: f64,
     /// Camera elevation above the horizon, rad (0 to 1.5).
@@ -97,6 +99,10 @@ pub struct StoryboardOptions {
     pub ground_height: f64,
     /// Whether to draw the band with the way of the centre of mass from above.
     pub path_band: bool,
+    /// Whether to write its time into each cell.
+    pub times: bool,
+    /// Whether to draw the world's axes beside the figure.
+    pub axes: bool,
     /// Fixed solids to draw with the figure (stairs, a wall), world frame.
     pub scenery: Vec<Shape>,
     /// A line above the strip; empty for none.
@@ -109,6 +115,7 @@ impl Default for StoryboardOptions {
             width: 1920,
             height: 560,
             frames: 8,
+            columns: 64,
             azimuth: 0.35,
             elevation: 0.17,
             heading: Heading::Travel,
@@ -116,6 +123,8 @@ impl Default for StoryboardOptions {
             ground: Ground::Ice,
             ground_height: 0.0,
             path_band: true,
+            times: true,
+            axes: false,
             scenery: Vec::new(),
             title: String::new(),
         }
@@ -184,6 +193,9 @@ impl StoryboardOptions {
         }
         if !(1..=64).contains(&self.frames) {
             return fail("frames", self.frames as f64, "1 to 64");
+        }
+        if !(1..=64).contains(&self.columns) {
+            return fail("columns", self.columns as f64, "1 to 64");
         }
         if !self.azimuth.is_finite() {
             return fail("azimuth", self.azimuth, "any finite angle in rad");

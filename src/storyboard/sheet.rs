@@ -58,32 +58,37 @@ impl Storyboard {
         let text = (options.height as f32 * 0.021).clamp(6.0, 26.0);
         let title = if options.title.is_empty() { 0 } else { (text * 2.8) as u32 };
         let band = if options.path_band { (options.height as f32 * 0.2) as u32 } else { 0 };
-        let room = (options.width / NARROWEST) as usize;
-        let chosen = even_times(frames, options.frames.min(room));
-        let count = chosen.len() as u32;
-        let strip = options.height.checked_sub(title + band + if band > 0 { GUTTER } else { 0 })?;
+        let most = options.columns.min((options.width / NARROWEST) as usize);
+        let most_rows = options.frames.div_ceil(options.columns);
+        let chosen = even_times(frames, options.frames.min(most * most_rows));
+        let columns = chosen.len().min(most);
+        let rows = chosen.len().div_ceil(columns) as u32;
+        let strips = options.height.checked_sub(title + band + if band > 0 { GUTTER } else { 0 })?;
+        let strip = ((strips + GUTTER) / rows).checked_sub(GUTTER)?;
         if !options.title.is_empty() {
             draw_text(&mut sheet, &options.title, text * 0.9, text * 2.0, text * 1.15, color(INK));
         }
 
         // The left edges of the cells share the width evenly, to the pixel.
-        let edge = |i: u32| i * (options.width + GUTTER) / count;
+        let edge = |i: usize| i as u32 * (options.width + GUTTER) / columns as u32;
         let cells: Vec<&StoryboardFrame> = chosen.iter().map(|&i| &frames[i]).collect();
         let axes = view_axes(options, frames);
         let targets = targets(options, &cells);
         let extents: Vec<Vec<DVec3>> = cells.iter().map(|f| corners(model, f)).collect();
-        let narrowest = (0..count).map(|i| (edge(i + 1) - edge(i)).saturating_sub(GUTTER)).min()?;
+        let narrowest = (0..columns).map(|i| (edge(i + 1) - edge(i)).saturating_sub(GUTTER)).min()?;
         let captions = cells.iter().any(|f| !f.caption.is_empty());
-        let labels = f64::from(text) * if captions { 4.2 } else { 2.6 };
+        let lines = u32::from(options.times) + u32::from(captions);
+        let labels = f64::from(text) * (1.0 + 1.6 * f64::from(lines));
         let size = DVec2::new(f64::from(narrowest), f64::from(strip));
         let cameras = fit(axes, &targets, &extents, size, labels);
         for (i, (frame, camera)) in cells.iter().zip(&cameras).enumerate() {
-            let (left, right) = (edge(i as u32), edge(i as u32 + 1).checked_sub(GUTTER)?);
+            let (row, column) = ((i / columns) as u32, i % columns);
+            let (left, right) = (edge(column), edge(column + 1).checked_sub(GUTTER)?);
             let size = (right.checked_sub(left)?, strip);
             let mut camera = *camera;
             camera.anchor.x = f64::from(size.0) / 2.0;
             let cell = draw_cell(&CellStyle { model, options, size, text }, &camera, frame)?;
-            blit(&mut sheet, &cell, left, title);
+            blit(&mut sheet, &cell, left, title + row * (strip + GUTTER));
         }
         if band > 0 {
             let picture = draw_band(model, frames, &chosen, (options.width, band), text)?;
@@ -97,9 +102,12 @@ fn blit(sheet: &mut Pixmap, part: &Pixmap, x: u32, y: u32) {
     sheet.draw_pixmap(x as i32, y as i32, part.as_ref(), &PixmapPaint::default(), Transform::identity(), None);
 }
 
-/// Indices of at most `count` frames nearest to even times from the first to the last, each at most once.
+/// Indices of all frames if they are at most `count`, else of those nearest to even times from the first to the last, each
+/// at most once.
 fn even_times(frames: &[StoryboardFrame], count: usize) -> Vec<usize> {
-    let count = count.min(frames.len());
+    if frames.len() <= count {
+        return (0..frames.len()).collect();
+    }
     let (first, last) = (frames[0].time, frames[frames.len() - 1].time);
     let mut chosen: Vec<usize> = (0..count)
         .map(|k| {
@@ -139,8 +147,9 @@ mod tests {
         let dense: Vec<_> = (0..=100).map(|i| at(0.01 * f64::from(i))).collect();
         assert_eq!(even_times(&dense, 5), [0, 25, 50, 75, 100]);
         assert_eq!(even_times(&dense[..1], 5), [0]);
-        let uneven: Vec<_> = [0.0, 0.9, 1.0].map(at).into();
-        assert_eq!(even_times(&uneven, 3), [0, 1, 2]);
-        assert_eq!(even_times(&[at(1.0), at(1.0)], 2), [0]);
+        let uneven: Vec<_> = [0.0, 0.1, 0.2, 1.0].map(at).into();
+        assert_eq!(even_times(&uneven, 4), [0, 1, 2, 3]);
+        assert_eq!(even_times(&uneven, 3), [0, 2, 3]);
+        assert_eq!(even_times(&[at(1.0), at(1.0), at(1.0)], 2), [0]);
     }
 }

@@ -3,6 +3,7 @@
 mod bench;
 mod evaluate;
 mod export_mjcf;
+mod import_joints;
 mod info;
 mod info_policy;
 mod optimize;
@@ -10,6 +11,7 @@ mod output;
 mod program;
 mod reconstruct;
 mod record;
+mod show;
 mod simulate;
 mod train;
 
@@ -35,6 +37,10 @@ enum Command {
     Reconstruct(reconstruct::Reconstruct),
     /// Optimise the windows of a skill's key poses: a motion that was simulated
     Optimize(optimize::Optimize),
+    /// Turn 3D joint positions of a pose estimator into key poses
+    ImportJoints(import_joints::ImportJoints),
+    /// Draw key poses or a motion
+    Show(show::Show),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
     ExportMjcf(export_mjcf::ExportMjcf),
     /// Show links, masses, joints and contact points of a character, or the contract of a policy
@@ -54,6 +60,8 @@ fn main() -> ExitCode {
         Command::Simulate(command) => command.run(),
         Command::Reconstruct(command) => command.run(),
         Command::Optimize(command) => command.run(),
+        Command::ImportJoints(command) => command.run(),
+        Command::Show(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Train(command) => command.run(),
