@@ -251,6 +251,8 @@ pub struct OptimizeRecord {
     pub seed: u64,
     /// Largest distance between the knots of the offsets, s.
     pub knot_spacing: f64,
+    /// Gains of all servos (kp N m/rad, kd N m s/rad) in place of the character's: a jump needs stiffer ones.
+    pub gains: Option<(f64, f64)>,
     /// Weight of `TrackPose` in windows that do not name it.
     pub track_pose: f64,
     /// Weight of `TrackVelocity` in windows that do not name it.
@@ -267,6 +269,7 @@ impl Default for OptimizeRecord {
             iterations: 400,
             seed: 1,
             knot_spacing: 0.15,
+            gains: None,
             track_pose: 1.0,
             track_velocity: 1.0,
             track_path: 1.0,
@@ -288,6 +291,11 @@ impl OptimizeRecord {
         }
         if !(0.02..=2.0).contains(&self.knot_spacing) {
             return Some(("knot_spacing", self.knot_spacing.to_string(), "0.02 to 2 s"));
+        }
+        if let Some((kp, kd)) = self.gains
+            && !((0.0..=1e5).contains(&kp) && (0.0..=1e4).contains(&kd))
+        {
+            return Some(("gains", format!("{kp}, {kd}"), "0 to 100000 N m/rad and 0 to 10000 N m s/rad"));
         }
         for (field, weight) in
             [("track_pose", self.track_pose), ("track_velocity", self.track_velocity), ("track_path", self.track_path)]

@@ -341,7 +341,7 @@ pub fn optimize(
             done: 0,
             first: match samcon {
                 Some(samcon) => first_control(plan, world, world_name, options.threads, seed, samcon, &mut progress)?,
-                None => control_of(plan, world_name, None, Vec::new()),
+                None => control_of(plan, world_name, plan.record.gains, Vec::new()),
             },
             base: vec![zero.clone(); plan.ticks()],
             points: vec![zero; grid.count()],
@@ -420,13 +420,14 @@ fn first_control(
     samcon: &ReconstructOptions,
     progress: &mut dyn FnMut(News) -> bool,
 ) -> Result<ReconstructedControl, OptimizeError> {
-    let options = ReconstructOptions { seed, threads, tick_rate: TICK_RATE, settings: None, ..samcon.clone() };
+    let gains = samcon.gains.or(plan.record.gains);
+    let options = ReconstructOptions { seed, threads, tick_rate: TICK_RATE, settings: None, gains, ..samcon.clone() };
     let found = reconstruct(&plan.model, world, world_name, &plan.clip, &options, |news| progress(News::First(news)));
     match found {
         Ok(found) => Ok(found.control),
         Err(ReconstructError::Cancelled) => Err(OptimizeError::Cancelled),
         // Where sampling gives up, the search begins at the key poses, with the gains asked for.
-        Err(ReconstructError::DeadEnd { .. }) => Ok(control_of(plan, world_name, samcon.gains, Vec::new())),
+        Err(ReconstructError::DeadEnd { .. }) => Ok(control_of(plan, world_name, gains, Vec::new())),
         Err(error) => Err(error.into()),
     }
 }
