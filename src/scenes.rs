@@ -304,7 +304,7 @@ impl<R: Real> SceneRun<R> {
     pub fn solver_points(&self) -> f64 {
         match self.scene.kind {
             SceneKind::Forward => 0.0,
-            _ => self.sim.contact.candidates.len() as f64,
+            _ => self.sim.contact.candidates().len() as f64,
         }
     }
 }

@@ -45,7 +45,7 @@ def ours(args):
     return report.get("build", {}), report["rows"]
 
 
-def theirs(xml, scene, found=None, blocks=4, extra=()):
+def theirs(xml, scene, found=None, blocks=12, extra=()):
     command = [sys.executable, HERE / "bench.py", xml, "--scene", scene, "--blocks", blocks, *extra]
     if found:
         settings = dict.fromkeys([found["setting"]] + ([found["newton"]["setting"]] if "newton" in found else []))
@@ -75,7 +75,7 @@ def main():
     parser.add_argument("--xml", action="append", default=[], metavar="SCENE=FILE", help="instead of exporting it")
     parser.add_argument("--scene", action="append", default=[], help="only scenes whose names hold this")
     parser.add_argument("--rounds", type=int, default=4)
-    parser.add_argument("--quick", action="store_true", help="short batches here, few settings there")
+    parser.add_argument("--quick", action="store_true", help="few repetitions here, few settings there")
     parser.add_argument("--json", action="store_true", help="print the rows instead of a table")
     parser.add_argument("--bench-option", action="append", default=[], help="passed on to bench.py, such as --quick")
     args = parser.parse_args()

@@ -22,15 +22,18 @@ pub struct BenchRow {
     pub points: f64,
     /// Contact points in the solver, mean: those near enough to touch within the step.
     pub solver_points: f64,
-    /// Least time over the batches, microseconds per character and step.
+    /// The least time of every chunk over the blocks, microseconds per character and step.
     pub us_min: f64,
-    /// Median over the batches, microseconds per character and step.
+    /// Median over the blocks, microseconds per character and step.
     pub us_median: f64,
 }
 
-/// Times a scene in the lane type of this name (`None` for a name not in [`LANE_NAMES`]): `batches` batches of `steps`
-/// steps, after two batches to warm up. Only the steps are timed, not what happens between them.
-pub fn time_scene(scene: &Scene, lanes: &str, batches: usize, steps: usize) -> Option<BenchRow> {
+/// Times a scene in the lane type of this name (`None` for a name not in [`LANE_NAMES`]): `blocks` times the same second.
+/// Only the steps are timed, not what happens between them.
+///
+/// Every block does exactly the same work, and other programs on the machine seldom disturb the same chunk of it every
+/// time: the figure is the sum of the least times of the chunks, so it covers the whole second and not its cheapest part.
+pub fn time_scene(scene: &Scene, lanes: &str, blocks: usize) -> Option<BenchRow> {
     let name = *LANE_NAMES.iter().find(|n| **n == lanes)?;
     let run = match name {
         "f64" => time_in::<F64Fused>,
@@ -40,7 +43,7 @@ pub fn time_scene(scene: &Scene, lanes: &str, batches: usize, steps: usize) -> O
         "8 x f32" => time_in::<F32x8Fused>,
         _ => time_in::<F32x8>,
     };
-    let Figures { us_min, us_median, points, solver_points } = run(scene, batches.max(1), steps);
+    let Figures { us_min, us_median, points, solver_points } = run(scene, blocks.max(1));
     let short = |value: f64, digits: f64| (value * digits).round() / digits;
     Some(BenchRow {
         scene: scene.name.to_owned(),
@@ -61,32 +64,34 @@ struct Figures {
     solver_points: f64,
 }
 
-fn time_in<R: Real>(scene: &Scene, batches: usize, steps: usize) -> Figures {
-    const WARM_UP: usize = 2;
-    let chunks = (steps / CHUNK).max(1);
-    let mut run = SceneRun::<R>::new(scene);
-    let mut figures = Vec::with_capacity(batches);
-    let (mut points, mut solver_points, mut looks) = (0.0, 0.0, 0.0);
-    for batch in 0..batches + WARM_UP {
+fn time_in<R: Real>(scene: &Scene, blocks: usize) -> Figures {
+    let chunks = (scene.settings.rate as usize / CHUNK).max(1);
+    let per_step = 1e6 / (chunks * CHUNK * R::LANES) as f64;
+    let begin = SceneRun::<R>::new(scene);
+    let mut least = vec![f64::INFINITY; chunks];
+    let mut figures = Vec::with_capacity(blocks);
+    let (mut points, mut solver_points) = (0.0, 0.0);
+    for _ in 0..blocks {
+        let mut run = begin.clone();
         let mut spent = 0.0;
-        for _ in 0..chunks {
+        (points, solver_points) = (0.0, 0.0);
+        for least in &mut least {
             run.prepare();
-            let begin = Instant::now();
+            let start = Instant::now();
             run.advance();
-            spent += begin.elapsed().as_secs_f64();
+            let seconds = start.elapsed().as_secs_f64();
+            *least = least.min(seconds);
+            spent += seconds;
             points += run.loaded_points();
             solver_points += run.solver_points();
-            looks += 1.0;
         }
-        if batch >= WARM_UP {
-            figures.push(spent * 1e6 / (chunks * CHUNK * R::LANES) as f64);
-        }
+        figures.push(spent * per_step);
     }
     figures.sort_by(f64::total_cmp);
     Figures {
-        us_min: figures[0],
+        us_min: least.iter().sum::<f64>() * per_step,
         us_median: figures[figures.len() / 2],
-        points: points / looks,
-        solver_points: solver_points / looks,
+        points: points / chunks as f64,
+        solver_points: solver_points / chunks as f64,
     }
 }

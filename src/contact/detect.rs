@@ -44,6 +44,28 @@ pub struct ContactCandidate<R: Real> {
 }
 
 impl<R: Real> ContactCandidate<R> {
+    /// No contact.
+    fn blank() -> Self {
+        let none = R::zero().lt(R::zero());
+        Self {
+            source: 0,
+            is_grip: false,
+            blade: none,
+            active: none,
+            arm: Vec3::zero(),
+            place: Vec3::zero(),
+            directions: [Vec3::zero(); 3],
+            moments: [Vec3::zero(); 3],
+            aims: [R::zero(); 3],
+            responses: [Motion::zero(); 3],
+            coupling: [R::zero(); 6],
+            effective_mass: [R::zero(); 3],
+            impulses: [R::zero(); 3],
+            friction: R::zero(),
+            partner: 0,
+            bite: R::zero(),
+        }
+    }
     /// The impulse on the link, world axes, N s.
     #[inline(always)]
     pub fn impulse(&self) -> Vec3<R> {
@@ -102,8 +124,9 @@ pub struct ContactScratch<R: Real> {
     pub(crate) reach: Vec<(usize, f64, core::ops::Range<usize>)>,
     /// Blades, by index; `None` while no lane has it on the ice.
     pub blades: Vec<Option<BladeContact<R>>>,
-    /// Points that take part, by link.
-    pub candidates: Vec<ContactCandidate<R>>,
+    /// Room for every point and grip; the first `count` entries take part. They are large, so they are written over.
+    pub(crate) storage: Vec<ContactCandidate<R>>,
+    count: usize,
     /// Links that take part.
     pub groups: Vec<ContactGroup<R>>,
     /// Clusters of those links.
@@ -147,16 +170,22 @@ impl<R: Real> ContactScratch<R> {
             probes: vec![far; model.contact_points.len()],
             reach,
             blades: vec![None; model.blades.len()],
-            candidates: Vec::with_capacity(capacity),
+            storage: vec![ContactCandidate::blank(); capacity],
+            count: 0,
             groups: Vec::with_capacity(capacity),
             clusters: Vec::with_capacity(capacity),
             mobility: ContactMobility::new(model),
         }
     }
 
+    /// Points that take part, by link.
+    pub fn candidates(&self) -> &[ContactCandidate<R>] {
+        &self.storage[..self.count]
+    }
+
     /// Removes all candidates.
     pub fn clear(&mut self) {
-        self.candidates.clear();
+        self.count = 0;
         self.groups.clear();
         self.blades.iter_mut().for_each(|b| *b = None);
     }
@@ -176,7 +205,7 @@ pub fn detect_contacts<R: Real>(
 ) -> bool {
     scratch.clear();
     let margin = R::splat(margin);
-    let ContactScratch { order, probes, reach, blades, candidates, groups, .. } = scratch;
+    let ContactScratch { order, probes, reach, blades, storage: candidates, count, groups, .. } = scratch;
     let far = R::splat(1e9);
     for (link, radius, range) in reach.iter() {
         let k = &kinematics[*link];
@@ -217,30 +246,16 @@ pub fn detect_contacts<R: Real>(
     let none = R::zero().lt(R::zero());
     let mut join = |link: usize, new: NewContact<R>| {
         let NewContact { source, is_grip, active, blade, arm } = new;
-        let at = candidates.len();
+        let at = *count;
         match groups.last_mut() {
             Some(group) if group.link == link => group.end = at + 1,
             _ => groups.push(ContactGroup { start: at, end: at + 1, ..ContactGroup::on_link(link) }),
         }
-        // The rows follow later; what matters here is that the struct is written in place, once.
-        candidates.push(ContactCandidate {
-            source,
-            is_grip,
-            blade,
-            active,
-            arm,
-            place: kinematics[link].origin + arm,
-            directions: [Vec3::zero(); 3],
-            moments: [Vec3::zero(); 3],
-            aims: [R::zero(); 3],
-            responses: [Motion::zero(); 3],
-            coupling: [R::zero(); 6],
-            effective_mass: [R::zero(); 3],
-            impulses: [R::zero(); 3],
-            friction: R::zero(),
-            partner: at,
-            bite: R::zero(),
-        });
+        // The rows follow later.
+        let c = &mut candidates[at];
+        (c.source, c.is_grip, c.blade, c.active) = (source, is_grip, blade, active);
+        (c.arm, c.place, c.partner) = (arm, kinematics[link].origin + arm, at);
+        *count += 1;
     };
     // Links in ascending order, each with its points first and then its grips.
     let mut next_grip = 0;
@@ -275,6 +290,7 @@ pub fn detect_contacts<R: Real>(
     if any_grip {
         held(model.links.len(), &mut join);
     }
+    let candidates = &mut candidates[..*count];
     // The two ends of a blade know each other.
     for a in 0..candidates.len() {
         if candidates[a].is_grip {

@@ -83,6 +83,8 @@ pub struct ContactMobility<R> {
     support: Vec<usize>,
     /// Place of a link in `support`, or [`NONE`].
     slot: Vec<u32>,
+    /// The links in contact that the support and the plan below were made for.
+    planned: Vec<usize>,
     /// What follows has one entry for each slot. Links whose blocks with others are asked for: links in contact, by their
     /// cluster; hubs of those, by other hubs.
     touching: Vec<bool>,
@@ -94,7 +96,20 @@ pub struct ContactMobility<R> {
     carry: Vec<Mobility<R>>,
     /// Block of (slot, smaller slot), or [`NONE`].
     index: Vec<u32>,
+    /// How the blocks are made, in an order that has every source before its use.
+    plan: Vec<(usize, BlockSource)>,
     blocks: Vec<Mobility<R>>,
+}
+
+/// What the block of a link and another is made from: it is passed down to the link (a slot) from its parent.
+#[derive(Clone, Copy, Debug)]
+enum BlockSource {
+    /// The mobility of the parent, a slot.
+    Own(usize),
+    /// The block of the parent and the other.
+    Block(u32),
+    /// The block of the other and the parent.
+    Transposed(u32),
 }
 
 /// `X^T B`: the motion of the child from the motion of the parent, column by column.
@@ -145,6 +160,7 @@ impl<R: Real> ContactMobility<R> {
         Self {
             hub: hubs(model),
             support: Vec::with_capacity(n),
+            planned: Vec::with_capacity(n),
             slot: vec![NONE; n],
             touching: vec![false; n],
             reached: vec![false; n],
@@ -152,6 +168,7 @@ impl<R: Real> ContactMobility<R> {
             own: vec![OwnMobility::default(); n],
             carry: vec![Mobility::default(); n],
             index: vec![NONE; n * n],
+            plan: Vec::with_capacity(n * (n + 1) / 2),
             blocks: Vec::with_capacity(n * (n + 1) / 2),
         }
     }
@@ -171,23 +188,47 @@ impl<R: Real> ContactMobility<R> {
         root: &Mobility<R>,
         groups: &[ContactGroup<R>],
     ) {
-        self.find_support(constants, groups);
-        self.blocks.clear();
-        let n = self.support.len();
+        // The same links are in contact for many steps in a row.
+        if !self.planned.iter().copied().eq(groups.iter().map(|g| g.link)) {
+            self.planned.clear();
+            self.planned.extend(groups.iter().map(|g| g.link));
+            self.find_support(constants, groups);
+            self.plan_blocks(constants);
+        }
         self.own[0] = OwnMobility { aa: Sym3::from_upper(&root.aa), al: root.al, ll: Sym3::from_upper(&root.ll) };
-        for a in 1..n {
+        for a in 1..self.support.len() {
             let i = self.support[a];
             let parent = constants[i].parent;
             let p = self.slot[parent] as usize;
             let (link, d) = (&articulated[i], kinematics[i].from_parent);
             self.own[a] = self.own[p].of_child(link, d);
-
             let hub = self.hub[i];
-            let inside = hub != i;
-            if inside {
+            if hub != i {
                 self.carry[a] =
                     if parent == hub { link.pass_down_matrix(d) } else { pass_down(link, d, &self.carry[p]) };
             }
+        }
+        self.blocks.clear();
+        for &(i, source) in &self.plan {
+            let (link, d) = (&articulated[i], kinematics[i].from_parent);
+            let block = match source {
+                BlockSource::Own(p) => pass_down(link, d, &self.own[p].to_block()),
+                BlockSource::Block(at) => pass_down(link, d, &self.blocks[at as usize]),
+                BlockSource::Transposed(at) => pass_down(link, d, &self.blocks[at as usize].transpose()),
+            };
+            self.blocks.push(block);
+        }
+    }
+
+    /// Which blocks the solver needs for the links in contact, and how they come about.
+    fn plan_blocks(&mut self, constants: &[LinkConstants<R>]) {
+        self.plan.clear();
+        let n = self.support.len();
+        for a in 1..n {
+            let i = self.support[a];
+            let p = self.slot[constants[i].parent] as usize;
+            let hub = self.hub[i];
+            let inside = hub != i;
             for b in 0..a {
                 // Inside a cluster the links in contact ask for each other, outside the hubs do. And a link on the way
                 // to b, left of another branch that leads to some a, keeps its block with the fork.
@@ -199,20 +240,19 @@ impl<R: Real> ContactMobility<R> {
                 if !(asked || left_of_branch) {
                     continue;
                 }
-                let block = if p == b {
-                    pass_down(link, d, &self.own[b].to_block())
+                let source = if p == b {
+                    BlockSource::Own(b)
                 } else {
                     let (larger, smaller) = if p > b { (p, b) } else { (b, p) };
-                    let source = self.index[larger * n + smaller];
-                    // A fork that is not above this link.
-                    if source == NONE {
-                        continue;
+                    match self.index[larger * n + smaller] {
+                        // A fork that is not above this link.
+                        NONE => continue,
+                        at if p > b => BlockSource::Block(at),
+                        at => BlockSource::Transposed(at),
                     }
-                    let source = &self.blocks[source as usize];
-                    if p > b { pass_down(link, d, source) } else { pass_down(link, d, &source.transpose()) }
                 };
-                self.index[a * n + b] = self.blocks.len() as u32;
-                self.blocks.push(block);
+                self.index[a * n + b] = self.plan.len() as u32;
+                self.plan.push((i, source));
             }
         }
     }

@@ -147,7 +147,7 @@ fn tell_others<R: Real>(
 /// wrenches hold the impulse wrench on each link.
 #[inline]
 pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
-    let ContactScratch { candidates, groups, clusters, mobility, .. } = scratch;
+    let ContactScratch { storage: candidates, groups, clusters, mobility, .. } = scratch;
     clusters.clear();
     for (a, group) in groups.iter().enumerate() {
         let hub = mobility.hub(group.link);

@@ -52,6 +52,26 @@ impl Solid {
         Self { geometry, surface, linear_velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO, pivot: DVec3::ZERO }
     }
 
+    /// Its surface, as seen from `point` (world frame, m).
+    #[inline]
+    fn query<R: Real>(&self, point: Vec3<R>) -> SurfaceHit<R> {
+        let hit = self.geometry.signed_distance(point);
+        let velocity = if self.angular_velocity == DVec3::ZERO {
+            Vec3::splat(self.linear_velocity)
+        } else {
+            let arm = point - Vec3::splat(self.pivot);
+            Vec3::splat(self.linear_velocity) + Vec3::splat(self.angular_velocity).cross(arm)
+        };
+        let none = R::zero().lt(R::zero());
+        SurfaceHit {
+            distance: hit.distance,
+            normal: hit.normal,
+            velocity,
+            friction: R::splat(self.surface.friction),
+            ice: if self.surface.kind == SurfaceKind::Ice { !none } else { none },
+        }
+    }
+
     /// A plane that tilts about the axis `axis` (unit, horizontal) through `pivot`: by the angle `angle` (rad) at
     /// present, changing at `rate` (rad/s).
     pub fn tilted_plane(pivot: DVec3, axis: DVec3, angle: f64, rate: f64, surface: Surface) -> Self {
@@ -141,6 +161,9 @@ impl World {
 impl<R: Real> Terrain<R> for World {
     #[inline]
     fn query(&self, point: Vec3<R>) -> SurfaceHit<R> {
+        if let [solid] = self.solids.as_slice() {
+            return solid.query(point);
+        }
         let zero = R::zero();
         let mut best = SurfaceHit {
             distance: R::splat(1e9),
@@ -150,26 +173,22 @@ impl<R: Real> Terrain<R> for World {
             ice: zero.lt(zero),
         };
         for solid in &self.solids {
-            let hit = solid.geometry.signed_distance(point);
+            let hit = solid.query(point);
             let nearer = hit.distance.lt(best.distance);
             best.distance = R::select(nearer, hit.distance, best.distance);
             best.normal = Vec3::select(nearer, hit.normal, best.normal);
-            best.friction = R::select(nearer, R::splat(solid.surface.friction), best.friction);
-            let velocity = if solid.angular_velocity == DVec3::ZERO {
-                Vec3::splat(solid.linear_velocity)
-            } else {
-                let arm = point - Vec3::splat(solid.pivot);
-                Vec3::splat(solid.linear_velocity) + Vec3::splat(solid.angular_velocity).cross(arm)
-            };
-            best.velocity = Vec3::select(nearer, velocity, best.velocity);
-            let ice = if solid.surface.kind == SurfaceKind::Ice { nearer } else { zero.lt(zero) };
-            best.ice = (best.ice & !nearer) | ice;
+            best.friction = R::select(nearer, hit.friction, best.friction);
+            best.velocity = Vec3::select(nearer, hit.velocity, best.velocity);
+            best.ice = (best.ice & !nearer) | (hit.ice & nearer);
         }
         best
     }
 
     #[inline]
     fn clearance(&self, point: Vec3<R>) -> R {
+        if let [solid] = self.solids.as_slice() {
+            return solid.geometry.clearance(point);
+        }
         let far = R::splat(1e9);
         self.solids.iter().fold(far, |nearest, solid| solid.geometry.clearance(point).min(nearest))
     }

@@ -371,7 +371,7 @@ impl<R: Real> Simulator<R> {
     fn apply_contact_impulses(&mut self) {
         self.state.contact_impulses.fill(Vec3::zero());
         self.state.grip_impulses.fill(Vec3::zero());
-        for c in &self.contact.candidates {
+        for c in self.contact.candidates() {
             let impulse = c.impulse();
             let kept = if c.is_grip { &mut self.state.grip_impulses } else { &mut self.state.contact_impulses };
             kept[c.source] = impulse;

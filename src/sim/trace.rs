@@ -101,7 +101,7 @@ impl<W: Write> TraceWriter<W> {
         let model = sim.model().clone();
         let start = sim.contact_root_position.lane(lane);
         let mut first = true;
-        for c in &sim.contact.candidates {
+        for c in sim.contact.candidates() {
             let force = c.impulse().lane(lane) * rate;
             if force == DVec3::ZERO || !R::mask_lane(c.active, lane) {
                 continue;

@@ -15,7 +15,7 @@ pub struct Bench {
     /// Print JSON: {"build": {...}, "rows": [...]}
     #[arg(long)]
     json: bool,
-    /// Fewer and shorter batches: rougher figures in a few seconds
+    /// Fewer repetitions: rougher figures in a few seconds
     #[arg(long)]
     quick: bool,
     /// Only scenes whose names contain this; may be repeated
@@ -46,7 +46,7 @@ impl Bench {
         }
         let lanes: Vec<&str> =
             LANE_NAMES.into_iter().filter(|l| self.lanes.is_empty() || self.lanes.iter().any(|m| m == l)).collect();
-        let (batches, steps) = if self.quick { (30, 120) } else { (40, 600) };
+        let blocks = if self.quick { 12 } else { 60 };
 
         let build = BuildInfo::current();
         if !self.json {
@@ -58,7 +58,7 @@ impl Bench {
         for scene in &scenes {
             for lanes in &lanes {
                 bar.set_message(format!("{} {lanes}", scene.name));
-                let Some(row) = time_scene(scene, lanes, batches, steps) else { continue };
+                let Some(row) = time_scene(scene, lanes, blocks) else { continue };
                 if !self.json {
                     let BenchRow { scene, lanes, points, us_min, us_median, .. } = &row;
                     bar.suspend(|| {
