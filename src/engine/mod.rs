@@ -70,6 +70,8 @@ mod watch;
 #[cfg(feature = "render")]
 mod ghost;
 #[cfg(feature = "render")]
+mod gizmos;
+#[cfg(feature = "render")]
 mod look;
 #[cfg(feature = "render")]
 mod rounded_box;
@@ -86,6 +88,8 @@ pub use events::{
 };
 #[cfg(feature = "render")]
 pub use ghost::AthleteGhost;
+#[cfg(feature = "render")]
+pub use gizmos::AthleteGizmos;
 #[cfg(feature = "render")]
 pub use look::AthleteLook;
 pub use placement::Placement;

@@ -1,5 +1,6 @@
 //! Meshes for the shapes of every link, placed from the interpolated poses.
 
+use crate::engine::gizmos::{AthleteGizmos, draw_blades};
 use crate::engine::look::Part;
 use crate::engine::poses::to_transform;
 use crate::engine::rounded_box::rounded_box;
@@ -27,6 +28,13 @@ impl Plugin for AthleteRenderPlugin {
         app.register_type::<AthleteLook>()
             .register_type::<AthleteGhost>()
             .register_type::<LinkVisual>()
+            .register_type::<AthleteGizmos>()
+            .add_systems(
+                PostUpdate,
+                draw_blades
+                    .after(TransformSystems::Propagate)
+                    .run_if(resource_exists::<bevy::gizmos::config::GizmoConfigStore>),
+            )
             .init_resource::<VisualCache>()
             .add_systems(
                 PostUpdate,

@@ -271,7 +271,10 @@ impl Criterion {
             Criterion::OneFoot { foot } => {
                 for s in settled {
                     if s.blade(foot).gap() > LIFT {
-                        return Err(Shortfall { condition: "standing foot down", found: format!("off at {:.2} s", s.time) });
+                        return Err(Shortfall {
+                            condition: "standing foot down",
+                            found: format!("off at {:.2} s", s.time),
+                        });
                     }
                     if s.blade(foot.other()).pressed {
                         return Err(Shortfall { condition: "free foot up", found: format!("down at {:.2} s", s.time) });
