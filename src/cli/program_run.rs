@@ -33,14 +33,14 @@ pub fn run_program(
     let settings = SimulationSettings::of(model);
     let mut sim = Simulator::<f64>::new(model.clone(), settings);
     let mut random = RandomStream::new(seed, 0x7072_6f67_0000 + number);
-    let mut cube = |size: f64| DVec3::from_array([0; 3].map(|_| random.range(-size, size)));
+    let mut ball = |size: f64| DVec3::from_array([0; 3].map(|_| random.range(-size, size))).clamp_length_max(size);
     player.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
     for joint in sim.state.joints.iter_mut().skip(1) {
-        let q = joint.rotation.lane(0) * DQuat::from_scaled_axis(cube(trial.joint_noise));
+        let q = joint.rotation.lane(0) * DQuat::from_scaled_axis(ball(trial.joint_noise));
         joint.rotation.set_lane(0, q.normalize());
     }
     let linear = &mut sim.state.root_velocity.linear;
-    linear.set_lane(0, linear.lane(0) + cube(trial.velocity_noise) * DVec3::new(1.0, 0.3, 1.0));
+    linear.set_lane(0, linear.lane(0) + ball(trial.velocity_noise) * DVec3::new(1.0, 0.3, 1.0));
     if let Some((low, high)) = trial.friction {
         sim.friction_scale = random.range(low, high) / Surface::ICE.friction;
     }

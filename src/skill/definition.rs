@@ -83,10 +83,12 @@ pub struct EpisodeOptions {
     pub start_speed: Option<Range>,
     /// Friction coefficient of the surface; `None` leaves the surface's own.
     pub friction: Option<Range>,
-    /// Error of each joint at the start, rad; each component is drawn within it.
+    /// Largest angle by which each joint is off at the start, rad.
     pub joint_noise: f64,
-    /// Error of the velocity at the start, m/s (and joint velocities, rad/s, five times it).
+    /// Largest error of the velocity at the start, m/s.
     pub velocity_noise: f64,
+    /// Largest error of each joint's angular velocity at the start, rad/s.
+    pub joint_velocity_noise: f64,
     /// Pushes in training.
     pub push: Option<PushOptions>,
     /// Where in the motion trials begin, s; `None` is anywhere.
@@ -102,6 +104,7 @@ impl Default for EpisodeOptions {
             friction: Some((0.01, 0.04)),
             joint_noise: 0.05,
             velocity_noise: 0.1,
+            joint_velocity_noise: 0.5,
             push: None,
             start: None,
         }
@@ -180,11 +183,13 @@ pub struct TerminationLimits {
     pub place: f64,
     /// Nothing but blades (and feet) may touch the ground.
     pub touch: bool,
+    /// A blade that the motion has in the air may not touch the ice, from [`SETTLE`](super::SETTLE) on.
+    pub free_foot: bool,
 }
 
 impl Default for TerminationLimits {
     fn default() -> Self {
-        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true }
+        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true, free_foot: false }
     }
 }
 
@@ -323,11 +328,13 @@ impl SkillDefinition {
                 return bad(field, format!("{range:?}"), &format!("two numbers in order, from 0 to {most}"));
             }
         }
-        for (field, joint, velocity) in
-            [("episode noise", e.joint_noise, e.velocity_noise), ("trial noise", t.joint_noise, t.velocity_noise)]
-        {
-            if !((0.0..=1.0).contains(&joint) && (0.0..=5.0).contains(&velocity)) {
-                return bad(field, format!("{joint}, {velocity}"), "0 to 1 rad and 0 to 5 m/s");
+        for (field, joint, velocity, turning) in [
+            ("episode noise", e.joint_noise, e.velocity_noise, e.joint_velocity_noise),
+            ("trial noise", t.joint_noise, t.velocity_noise, t.joint_velocity_noise),
+        ] {
+            let possible = (0.0..=1.0).contains(&joint) && (0.0..=5.0).contains(&velocity);
+            if !(possible && (0.0..=20.0).contains(&turning)) {
+                return bad(field, format!("{joint}, {velocity}, {turning}"), "0 to 1 rad, 0 to 5 m/s, 0 to 20 rad/s");
             }
         }
         for push in e.push.iter().chain(t.rows.iter().filter_map(|r| r.push.as_ref())) {

@@ -15,10 +15,12 @@ pub struct TrialOptions {
     pub start: Option<Range>,
     /// Friction coefficient of the surface; `None` leaves the surface's own.
     pub friction: Option<Range>,
-    /// Error of each joint at the start, rad; each component is drawn within it.
+    /// Largest angle by which each joint is off at the start, rad.
     pub joint_noise: f64,
-    /// Error of the velocity at the start, m/s (and joint velocities, rad/s, five times it).
+    /// Largest error of the velocity at the start, m/s.
     pub velocity_noise: f64,
+    /// Largest error of each joint's angular velocity at the start, rad/s.
+    pub joint_velocity_noise: f64,
     /// Height of the root below which the character has fallen, m.
     pub pelvis: f64,
     /// What is tried; by default one row.
@@ -35,6 +37,7 @@ impl Default for TrialOptions {
             friction: Some((0.01, 0.04)),
             joint_noise: 0.1,
             velocity_noise: 0.2,
+            joint_velocity_noise: 0.0,
             pelvis: 0.45,
             rows: Vec::new(),
             success: Vec::new(),

@@ -99,10 +99,12 @@ impl Train {
                 skill.episode.friction = None;
                 skill.episode.joint_noise = 0.02;
                 skill.episode.velocity_noise = 0.02;
+                skill.episode.joint_velocity_noise = 0.1;
                 skill.trial.seconds = 600.0;
                 skill.trial.friction = None;
                 skill.trial.joint_noise = 0.02;
                 skill.trial.velocity_noise = 0.02;
+                skill.trial.joint_velocity_noise = 0.1;
                 if let Some(text) = &self.gains {
                     skill.gains = Some(pair(text, "--gains")?);
                 }

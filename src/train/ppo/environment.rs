@@ -3,7 +3,7 @@
 use crate::control::tracking::{Tracker, TrackingTerms};
 use crate::math::{RandomStream, Real, Vec3};
 use crate::sim::{ExternalForce, Simulator, step};
-use crate::skill::{PerformanceSample, Range, Shortfall, Watcher};
+use crate::skill::{PerformanceSample, Range, SETTLE, Shortfall, Watcher};
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::{DQuat, DVec3};
@@ -73,9 +73,9 @@ fn draw(random: &mut RandomStream, range: Range) -> f64 {
     random.range(range.0, range.1)
 }
 
-/// A vector of components in [-1, 1).
-fn cube(random: &mut RandomStream) -> DVec3 {
-    DVec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), random.range(-1.0, 1.0))
+/// A vector of components in [-1, 1), cut to length 1.
+fn ball(random: &mut RandomStream) -> DVec3 {
+    DVec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), random.range(-1.0, 1.0)).clamp_length_max(1.0)
 }
 
 impl<R: Real> Environment<R> {
@@ -122,15 +122,15 @@ impl<R: Real> Environment<R> {
         }
         let state = &mut self.sim.state;
         for joint in state.joints.iter_mut().skip(1) {
-            let turn = cube(random) * episode.joint_noise;
+            let turn = ball(random) * episode.joint_noise;
             let q = joint.rotation.lane(lane) * DQuat::from_scaled_axis(turn);
             joint.rotation.set_lane(lane, q.normalize());
-            let velocity = joint.velocity.lane(lane) + cube(random) * (5.0 * episode.velocity_noise);
+            let velocity = joint.velocity.lane(lane) + ball(random) * episode.joint_velocity_noise;
             joint.velocity.set_lane(lane, velocity);
         }
         let moving = &mut state.root_velocity.linear;
         let level = DVec3::new(1.0, 0.3, 1.0);
-        moving.set_lane(lane, moving.lane(lane) + cube(random) * level * episode.velocity_noise);
+        moving.set_lane(lane, moving.lane(lane) + ball(random) * level * episode.velocity_noise);
         self.sim.state_changed();
         if episode.joint_noise > 0.0 {
             self.stand(lane, tick);
@@ -165,7 +165,7 @@ impl<R: Real> Environment<R> {
         }
         let rate = self.task.skill.control_rate;
         let wait = push.every * (0.25 + 1.5 * self.random.uniform());
-        let side = cube(&mut self.random) * DVec3::new(1.0, 0.0, 1.0);
+        let side = ball(&mut self.random) * DVec3::new(1.0, 0.0, 1.0);
         let force = side.normalize_or(DVec3::X) * draw(&mut self.random, push.force);
         let l = &mut self.lanes[lane];
         l.push_from = if push.airborne { usize::MAX } else { l.age + (wait * rate) as usize };
@@ -279,7 +279,8 @@ impl<R: Real> Environment<R> {
             || root > limits.root * limits.root
             || pose > limits.pose * limits.pose
             || place > limits.place * limits.place
-            || (limits.touch && touched);
+            || (limits.touch && touched)
+            || (limits.free_foot && self.free_foot_down(lane));
         let trial = &self.task.skill.trial;
         let fallen = touched || self.sim.state.root_position.y.lane(lane) < trial.pelvis;
         let failed = !self.sim.is_sane(lane)
@@ -309,6 +310,14 @@ impl<R: Real> Environment<R> {
             Ending::GoesOn
         };
         Outcome { reward, ending }
+    }
+
+    /// Whether a blade is on the ice that the motion has in the air.
+    fn free_foot_down(&self, lane: usize) -> bool {
+        let settled = self.lanes[lane].age as f64 >= SETTLE * self.task.skill.control_rate;
+        let Some(watcher) = self.watcher.as_ref().filter(|_| settled) else { return false };
+        let free = self.task.free_feet[self.tracker.tick(lane)];
+        watcher.pressed(lane).iter().zip(free).any(|(down, free)| *down && free)
     }
 
     /// The trial of a lane so far.

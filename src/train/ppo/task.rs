@@ -82,6 +82,8 @@ pub struct SkillTask {
     pub forbidden: Vec<usize>,
     /// Link that is pushed.
     pub push_link: Option<usize>,
+    /// For each tick of the motion, whether the left and the right blade are in the air.
+    pub free_feet: Arc<[[bool; 2]]>,
     /// Trials end and count as the skill's `trial` says, not as in training.
     pub judged: bool,
 }
@@ -105,6 +107,7 @@ impl SkillTask {
             push_link,
             judged: false,
             clip: clip.clone(),
+            free_feet: free_feet(&motion, &model),
             motion: Arc::new(motion),
             skill: skill.clone(),
             settings,
@@ -156,6 +159,7 @@ impl SkillTask {
             friction: trial.friction,
             joint_noise: trial.joint_noise,
             velocity_noise: trial.velocity_noise,
+            joint_velocity_noise: trial.joint_velocity_noise,
             push: row.push.clone(),
             start,
         };
@@ -181,6 +185,31 @@ impl SkillTask {
     pub fn action_size(&self) -> usize {
         3 * (self.model.links.len() - 1)
     }
+}
+
+/// Height of a blade above which the motion has it in the air, m.
+const FREE: f64 = 0.03;
+
+/// For each tick, which of the two blades is in the air.
+fn free_feet(motion: &TrackedMotion, model: &SharedModel) -> Arc<[[bool; 2]]> {
+    let Some(blades) = blade_pair(model) else { return Arc::from(vec![[false; 2]; motion.last() + 1]) };
+    let constants = LinkConstants::<f64>::of(model);
+    let mut state = State::<f64>::at_rest(model);
+    let mut links = vec![LinkKinematics::default(); model.links.len()];
+    let mut free = |tick: usize| {
+        let pose = &motion.tick(tick).pose;
+        state.set_pose(0, DVec3::ZERO, pose.root_rotation, &pose.joints);
+        update_positions(&constants, &state, &mut links);
+        blades.map(|b| {
+            let height = |point: usize| {
+                let p = &model.contact_points[point];
+                let link = &links[p.link];
+                pose.root_position.y + (link.origin + link.rotation.mul_vec(Vec3::splat(p.position))).y
+            };
+            height(model.blades[b].toe).min(height(model.blades[b].heel)) > FREE
+        })
+    };
+    (0..=motion.last()).map(&mut free).collect()
 }
 
 /// The link that a push names.
