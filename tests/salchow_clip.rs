@@ -197,3 +197,21 @@ fn it_lands_on_the_right_foot_and_glides_backwards() {
     let on_ice = glide.iter().filter(|m| m.lowest(1) < ON_ICE).count();
     assert!(on_ice * 20 > glide.len() * 19, "on the ice in {on_ice} of {} poses", glide.len());
 }
+
+/// The windows of the key poses are such as an optimisation takes, and its servos are the stiff ones of a jump.
+#[cfg(feature = "train")]
+#[test]
+fn its_windows_can_be_optimised_with_stiff_servos() {
+    use bevy_athlete::contact::World;
+    use bevy_athlete::model::preset;
+    use bevy_athlete::train::optimize::{OptimizeOptions, Plan, optimize};
+    let mut poses = KeyPoses::load(path("keyposes.ron")).unwrap();
+    let model = preset("skater").unwrap();
+    let plan = Plan::new(&poses, &model).unwrap();
+    let options = OptimizeOptions { iterations: Some(0), threads: 1, samcon: None, ..OptimizeOptions::default() };
+    let found = optimize(&plan, &World::ice(), "ice", &options, None, |_| true).unwrap();
+    assert_eq!(found.control.gains, Some((2000.0, 60.0)));
+    poses.optimize.gains = Some((2000.0, -1.0));
+    let error = Plan::new(&poses, &model).unwrap_err().to_string();
+    assert!(error.contains("gains"), "{error}");
+}
