@@ -91,5 +91,12 @@ pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTas
     let model = load_character(&skill.character)?;
     let clip: MotionClip = load_motion(&skill.motion, map, &model)?;
     let (clip, _) = clip.lifted_clear(&model).map_err(TaskError::from)?;
-    Ok(SkillTask::new(skill, model, &clip)?)
+    let mut task = SkillTask::new(skill, model.clone(), &clip)?;
+    for file in &skill.after {
+        let other = SkillDefinition::load(file)?;
+        let clip = load_motion(&other.motion, None, &model)?;
+        let (clip, _) = clip.lifted_clear(&model).map_err(TaskError::from)?;
+        task.follow(other.prepare_motion(&clip, &model).map_err(TaskError::from)?);
+    }
+    Ok(task)
 }

@@ -32,6 +32,9 @@ pub struct SkillDefinition {
     /// How long the last pose of a motion that ends is held, s.
     #[serde(default)]
     pub hold: f64,
+    /// Skills that this one may follow in a program: `.skill.ron` files, relative to this file.
+    #[serde(default)]
+    pub after: Vec<PathBuf>,
     /// Decisions per second.
     #[serde(default = "thirty")]
     pub control_rate: f64,
@@ -93,6 +96,9 @@ pub struct EpisodeOptions {
     pub push: Option<PushOptions>,
     /// Where in the motion trials begin, s; `None` is anywhere.
     pub start: Option<Range>,
+    /// Part of the trials in training that begin in the pose in which another skill (see [`SkillDefinition::after`]) is
+    /// left for this one, 0 to 1.
+    pub after_share: f64,
 }
 
 impl Default for EpisodeOptions {
@@ -107,6 +113,7 @@ impl Default for EpisodeOptions {
             joint_velocity_noise: 0.5,
             push: None,
             start: None,
+            after_share: 0.4,
         }
     }
 }
@@ -239,6 +246,7 @@ impl SkillDefinition {
             cyclic: false,
             straight: false,
             hold: 0.0,
+            after: Vec::new(),
             control_rate: thirty(),
             training_rate: None,
             action_scale: action_scale(),
@@ -259,6 +267,9 @@ impl SkillDefinition {
         let mut skill = Self::from_ron(&text, path)?;
         if let Some(folder) = path.parent() {
             skill.motion = folder.join(&skill.motion);
+            for other in &mut skill.after {
+                *other = folder.join(&*other);
+            }
         }
         Ok(skill)
     }
@@ -343,6 +354,9 @@ impl SkillDefinition {
             if !(force && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1) {
                 return bad("push", format!("{push:?}"), "0 to 1e5 N in order, 0 to 10 s, every 0.1 s or more");
             }
+        }
+        if !(0.0..=1.0).contains(&e.after_share) {
+            return bad("episode.after_share", e.after_share.to_string(), "0 to 1");
         }
         let mut names = std::collections::BTreeSet::new();
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {

@@ -27,5 +27,5 @@ pub use program::{ProgramDefinition, ProgramElement, ProgramError, ProgramNews, 
 pub use steering::{SteeringPlayer, Wish};
 #[cfg(feature = "policy")]
 pub use trained::{SkillPlayer, TrainedSkill, TrainedSkillError};
-pub use transition::{Transition, best_transition, tick_distance};
+pub use transition::{ENTRY, Transition, best_transition, tick_distance};
 pub use trial::{TrialOptions, TrialRow};

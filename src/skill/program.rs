@@ -3,16 +3,13 @@
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
-use crate::skill::transition::{Transition, best_transition};
+use crate::skill::transition::{ENTRY, Transition, best_transition};
 use crate::skill::{SkillPlayer, TrainedSkill};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// How far into a motion that does not repeat it may be entered, s.
-const ENTRY: f64 = 0.3;
 
 /// A program, as saved in a `*.program.ron` file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

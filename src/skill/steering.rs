@@ -3,7 +3,7 @@
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
-use crate::skill::transition::{Transition, best_transition};
+use crate::skill::transition::{ENTRY, Transition, best_transition};
 use crate::skill::{SkillPlayer, TrainedSkill, Way};
 use glam::DVec3;
 use std::sync::Arc;
@@ -14,8 +14,6 @@ const CURVE: (f64, f64) = (0.6, 0.25);
 const STEER: (f64, f64) = (0.6, 0.35);
 /// Passages that differ more than this are only taken where there is no other, see [`Transition::distance`].
 const FAR: f64 = 4.0;
-/// How far into a motion that does not repeat it may be entered, s.
-const ENTRY: f64 = 0.3;
 
 /// What is wished for.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,6 +4,9 @@ use crate::control::tracking::{Heading, TrackedMotion, TrackedTick};
 use crate::math::{Quat, Vec3};
 use glam::{DQuat, DVec3};
 
+/// How far into a motion that does not repeat it may be entered, s.
+pub const ENTRY: f64 = 0.3;
+
 /// A passage from one motion to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {

@@ -89,6 +89,8 @@ impl Evaluate {
             skill.motion = folder.join(&contract.reference.file);
             skill
         };
+        // What may come before matters to training alone.
+        skill.after.clear();
         self.change_rows(&mut skill.trial)?;
         let task = load_task(&skill, None)?;
         policy.check_for(&task.model)?;

@@ -1,9 +1,9 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
-use crate::control::tracking::{Tracker, TrackingTerms};
+use crate::control::tracking::{TrackedMotion, Tracker, TrackingTerms};
 use crate::math::{RandomStream, Real, Vec3};
 use crate::sim::{ExternalForce, Simulator, step};
-use crate::skill::{PerformanceSample, Range, SETTLE, Shortfall, Watcher};
+use crate::skill::{PerformanceSample, Range, SETTLE, Shortfall, Transition, Watcher};
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::{DQuat, DVec3};
@@ -115,8 +115,16 @@ impl<R: Real> Environment<R> {
         };
         let speed = episode.speed.map_or(motion.mean_speed(), |range| draw(random, range));
         let start = episode.start_speed.map_or(speed, |range| draw(random, range));
-        self.tracker.begin(&mut self.sim, lane, tick, start);
+        let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
+        let tick = if follows {
+            let (other, passage) = &task.before[random.below(task.before.len())];
+            self.take_over(lane, other, *passage, start)
+        } else {
+            self.tracker.begin(&mut self.sim, lane, tick, start);
+            tick
+        };
         self.tracker.set_speed(lane, speed);
+        let random = &mut self.random;
         if let Some(friction) = episode.friction {
             self.sim.friction_scale.set_lane(lane, draw(random, friction) / task.friction);
         }
@@ -132,7 +140,7 @@ impl<R: Real> Environment<R> {
         let level = DVec3::new(1.0, 0.3, 1.0);
         moving.set_lane(lane, moving.lane(lane) + ball(random) * level * episode.velocity_noise);
         self.sim.state_changed();
-        if episode.joint_noise > 0.0 {
+        if episode.joint_noise > 0.0 && !follows {
             self.stand(lane, tick);
         }
 
@@ -141,6 +149,25 @@ impl<R: Real> Environment<R> {
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
         self.lanes[lane] = Lane { limit: left, ..Lane::default() };
         self.plan_push(lane);
+    }
+
+    /// Puts a lane into the pose in which another motion is left, and joins this one there; the tick that is joined.
+    fn take_over(&mut self, lane: usize, other: &TrackedMotion, passage: Transition, speed: f64) -> usize {
+        let left = other.tick(passage.leave);
+        let (pose, velocity) = (&left.pose, &left.velocity);
+        let state = &mut self.sim.state;
+        state.set_pose(lane, pose.root_position * DVec3::Y, pose.root_rotation, &pose.joints);
+        let linear = velocity.root_linear + left.travel * (speed - other.mean_speed());
+        state.set_velocity(lane, linear, velocity.root_angular, &velocity.joints);
+        for impulse in &mut state.contact_impulses {
+            impulse.set_lane(lane, DVec3::ZERO);
+        }
+        for (command, joint) in self.sim.commands.iter_mut().zip(&pose.joints) {
+            command.rotation.set_lane(lane, *joint);
+        }
+        self.sim.state_changed();
+        self.tracker.join(&mut self.sim, lane, passage.enter);
+        passage.enter
     }
 
     /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.

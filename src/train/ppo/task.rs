@@ -7,7 +7,10 @@ use crate::dynamics::{LinkConstants, LinkKinematics, State, update_positions};
 use crate::math::Vec3;
 use crate::model::SharedModel;
 use crate::sim::SimulationSettings;
-use crate::skill::{EpisodeOptions, PushOptions, SkillDefinition, SkillError, TrialRow, blade_pair, forbidden_points};
+use crate::skill::{
+    ENTRY, EpisodeOptions, PushOptions, SkillDefinition, SkillError, Transition, TrialRow, best_transition, blade_pair,
+    forbidden_points,
+};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
@@ -84,6 +87,8 @@ pub struct SkillTask {
     pub push_link: Option<usize>,
     /// For each tick of the motion, whether the left and the right blade are in the air.
     pub free_feet: Arc<[[bool; 2]]>,
+    /// Motions that this one may follow, and where.
+    pub before: Vec<(Arc<TrackedMotion>, Transition)>,
     /// Trials end and count as the skill's `trial` says, not as in training.
     pub judged: bool,
 }
@@ -105,6 +110,7 @@ impl SkillTask {
             weights: crate::control::joint_weights(&model),
             forbidden: forbidden_points(&model),
             push_link,
+            before: Vec::new(),
             judged: false,
             clip: clip.clone(),
             free_feet: free_feet(&motion, &model),
@@ -118,6 +124,13 @@ impl SkillTask {
             return Err(TaskError::Blades { skill: skill.name.clone(), character: task.model.name.clone() });
         }
         Ok(task)
+    }
+
+    /// Lets trials of the training begin where another motion is left for this one.
+    pub fn follow(&mut self, other: TrackedMotion) {
+        let entry = (ENTRY * self.skill.control_rate).round() as usize;
+        let transition = best_transition(&other, &self.motion, entry);
+        self.before.push((Arc::new(other), transition));
     }
 
     /// Whether a simulation rate fits the control rate.
@@ -162,6 +175,7 @@ impl SkillTask {
             joint_velocity_noise: trial.joint_velocity_noise,
             push: row.push.clone(),
             start,
+            after_share: 0.0,
         };
         task.push_link = link_of(&task.model, &self.skill, row.push.as_ref())?;
         Ok(task)
