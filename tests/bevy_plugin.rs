@@ -329,3 +329,93 @@ fn files_of_the_crate_load_by_path() {
     println!("{reason}");
     assert!(matches!(reason, AthleteRefusal::Load { .. }));
 }
+
+/// An asset handle of a file, loaded before the test goes on.
+fn loaded<A: Asset>(app: &mut App, path: &str) -> Handle<A> {
+    let handle: Handle<A> = app.world().resource::<AssetServer>().load(path.to_owned());
+    for _ in 0..2000 {
+        if app.world().resource::<AssetServer>().is_loaded_with_dependencies(&handle) {
+            return handle;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+        app.update();
+    }
+    panic!("{path} did not load: {:?}", app.world().resource::<AssetServer>().load_state(&handle));
+}
+
+/// An app that reads the crate's own assets.
+fn app_with_files() -> App {
+    let mut app = app(TICK);
+    hear::<SkillStarted>(&mut app, "started");
+    hear::<SkillEnded>(&mut app, "ended");
+    app
+}
+
+#[test]
+fn a_trained_skater_goes_round_and_its_speed_can_be_told() {
+    let mut app = app_with_files();
+    let skill: Handle<SkillAsset> = loaded(&mut app, "skills/skating/forward_crossover/forward_crossover.skill.ron");
+    let athlete = spawn(&mut app, Transform::from_xyz(3.0, 0.0, 1.0), None);
+    app.world_mut().entity_mut(athlete).insert(SkillController::new(skill.clone()));
+    run_ticks(&mut app, 64 * 8, TICK);
+    let heard = app.world().resource::<Heard>();
+    assert!(heard.messages.iter().any(|(_, what)| what == "started"));
+    assert!(!heard.messages.iter().any(|(_, what)| what == "fell" || what == "refused"), "{:?}", heard.messages);
+    let body = body(&app, athlete);
+    assert!(body.tracking_error().is_some() && body.skill_player().is_some());
+    let speed = body.root_velocity().length();
+    assert!((2.0..4.0).contains(&speed), "{speed} m/s");
+    // Eight seconds of circles bring it no further than a circle is wide.
+    let place = app.world().get::<Transform>(athlete).unwrap().translation;
+    assert!(place.distance(Vec3::new(3.0, place.y, 1.0)) < 12.0, "{place}");
+
+    // Taken away, the joints hold; given back, it begins anew.
+    app.world_mut().entity_mut(athlete).remove::<SkillController>();
+    run_ticks(&mut app, 4, TICK);
+    assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_none());
+    app.world_mut().entity_mut(athlete).insert(SkillController { speed: Some(f32::NAN), ..SkillController::new(skill) });
+    run_ticks(&mut app, 4, TICK);
+    assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_some());
+}
+
+#[test]
+fn a_program_and_a_wish_begin_their_skills() {
+    let mut app = app_with_files();
+    let program: Handle<ProgramAsset> = loaded(&mut app, "skills/skating/short_program.program.ron");
+    let athlete = spawn(&mut app, Transform::IDENTITY, None);
+    app.world_mut().entity_mut(athlete).insert(SkatingProgram(program.clone()));
+    let skills = app.world().resource::<Assets<ProgramAsset>>().get(&program).unwrap().skills.clone();
+    let steered = spawn(&mut app, Transform::from_xyz(20.0, 0.0, 0.0), None);
+    // Straight on, then to the left.
+    let steering = Steering { direction: Vec3::NEG_Z, ..Steering::new(skills) };
+    app.world_mut().entity_mut(steered).insert(steering);
+    run_ticks(&mut app, 64 * 2, TICK);
+    app.world_mut().get_mut::<Steering>(steered).unwrap().direction = Vec3::NEG_X;
+    run_ticks(&mut app, 64 * 7, TICK);
+    let started = |app: &App, who: Entity| {
+        let heard = app.world().resource::<Heard>();
+        heard.messages.iter().filter(|(e, what)| *e == who && what == "started").count()
+    };
+    assert!(started(&app, athlete) >= 2, "stroking and the crossovers after it");
+    assert!(started(&app, steered) >= 2, "stroking and the crossovers round the curve");
+    let heard = app.world().resource::<Heard>();
+    assert_eq!(heard.messages, heard.observed);
+    assert!(heard.messages.iter().any(|(e, what)| *e == athlete && what == "ended"));
+}
+
+#[test]
+fn a_skill_without_its_policy_is_refused_by_name() {
+    let mut app = app_with_files();
+    let handle: Handle<SkillAsset> = app.world().resource::<AssetServer>().load("skills/skating/none/none.skill.ron");
+    let athlete = spawn(&mut app, Transform::IDENTITY, None);
+    app.world_mut().entity_mut(athlete).insert(SkillController::new(handle));
+    for _ in 0..400 {
+        std::thread::sleep(Duration::from_millis(5));
+        app.update();
+        if app.world().get::<Refused>(athlete).is_some() {
+            break;
+        }
+    }
+    let refused = app.world().get::<Refused>(athlete).expect("a refusal");
+    assert!(refused.0.to_string().contains("none.skill.ron"), "{}", refused.0);
+}

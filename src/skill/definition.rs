@@ -192,11 +192,14 @@ pub struct TerminationLimits {
     pub touch: bool,
     /// A blade that the motion has in the air may not touch the ice, from [`SETTLE`](super::SETTLE) on.
     pub free_foot: bool,
+    /// A blade that the motion has on the ice for good may not be without contact at two decisions in a row, from
+    /// [`SETTLE`](super::SETTLE) on.
+    pub standing_foot: bool,
 }
 
 impl Default for TerminationLimits {
     fn default() -> Self {
-        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true, free_foot: false }
+        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true, free_foot: false, standing_foot: false }
     }
 }
 

@@ -50,6 +50,8 @@ struct Lane {
     push_to: usize,
     push: DVec3,
     pushed: usize,
+    /// Ticks in a row that a standing foot has been up.
+    lifted: usize,
     /// What was seen of a judged trial.
     samples: Vec<PerformanceSample>,
     /// What a judged trial lacked.
@@ -307,7 +309,8 @@ impl<R: Real> Environment<R> {
             || pose > limits.pose * limits.pose
             || place > limits.place * limits.place
             || (limits.touch && touched)
-            || (limits.free_foot && self.free_foot_down(lane));
+            || (limits.free_foot && self.free_foot_down(lane))
+            || (limits.standing_foot && self.standing_foot_up(lane));
         let trial = &self.task.skill.trial;
         let fallen = touched || self.sim.state.root_position.y.lane(lane) < trial.pelvis;
         let failed = !self.sim.is_sane(lane)
@@ -345,6 +348,17 @@ impl<R: Real> Environment<R> {
         let Some(watcher) = self.watcher.as_ref().filter(|_| settled) else { return false };
         let free = self.task.free_feet[self.tracker.tick(lane)];
         watcher.pressed(lane).iter().zip(free).any(|(down, free)| *down && free)
+    }
+
+    /// Whether a blade that the motion has on the ice has been without contact at two ticks in a row.
+    fn standing_foot_up(&mut self, lane: usize) -> bool {
+        let l = &mut self.lanes[lane];
+        let settled = l.age as f64 >= SETTLE * self.task.skill.control_rate;
+        let Some(watcher) = self.watcher.as_ref().filter(|_| settled) else { return false };
+        let stands = self.task.standing_feet[self.tracker.tick(lane)];
+        let up = watcher.pressed(lane).iter().zip(stands).any(|(down, stands)| !*down && stands);
+        l.lifted = if up { l.lifted + 1 } else { 0 };
+        l.lifted >= 2
     }
 
     /// The trial of a lane so far.

@@ -87,6 +87,8 @@ pub struct SkillTask {
     pub push_link: Option<usize>,
     /// For each tick of the motion, whether the left and the right blade are in the air.
     pub free_feet: Arc<[[bool; 2]]>,
+    /// For each tick, whether they are on the ice, and have been for a while and will be.
+    pub standing_feet: Arc<[[bool; 2]]>,
     /// Motions that this one may follow, and where.
     pub before: Vec<(Arc<TrackedMotion>, Transition)>,
     /// Trials end and count as the skill's `trial` says, not as in training.
@@ -102,6 +104,7 @@ impl SkillTask {
         let mut settings = SimulationSettings::of(&model);
         settings.rate = skill.training_rate.unwrap_or(settings.rate);
         let push_link = link_of(&model, skill, skill.episode.push.as_ref())?;
+        let free = free_feet(&motion, &model);
         let task = Self {
             tracker: skill.tracker_options(),
             layout: ObservationLayout::of(&model),
@@ -113,7 +116,8 @@ impl SkillTask {
             before: Vec::new(),
             judged: false,
             clip: clip.clone(),
-            free_feet: free_feet(&motion, &model),
+            standing_feet: standing_feet(&free),
+            free_feet: free,
             motion: Arc::new(motion),
             skill: skill.clone(),
             settings,
@@ -204,6 +208,10 @@ impl SkillTask {
 /// Height of a blade above which the motion has it in the air, m.
 const FREE: f64 = 0.03;
 
+/// Ticks after a landing and before a take-off in which a foot need not stand.
+const LANDED: usize = 6;
+const LEAVING: usize = 3;
+
 /// For each tick, which of the two blades is in the air.
 fn free_feet(motion: &TrackedMotion, model: &SharedModel) -> Arc<[[bool; 2]]> {
     let Some(blades) = blade_pair(model) else { return Arc::from(vec![[false; 2]; motion.last() + 1]) };
@@ -224,6 +232,12 @@ fn free_feet(motion: &TrackedMotion, model: &SharedModel) -> Arc<[[bool; 2]]> {
         })
     };
     (0..=motion.last()).map(&mut free).collect()
+}
+
+/// For each tick, which blades have been on the ice for [`LANDED`] ticks and will be for [`LEAVING`].
+fn standing_feet(free: &[[bool; 2]]) -> Arc<[[bool; 2]]> {
+    let span = |k: usize| &free[k.saturating_sub(LANDED)..(k + LEAVING + 1).min(free.len())];
+    (0..free.len()).map(|k| [0, 1].map(|side| span(k).iter().all(|feet| !feet[side]))).collect()
 }
 
 /// The link that a push names.
