@@ -137,10 +137,8 @@ impl Evaluate {
             command: self.command(),
         };
         card.save(folder.join("card.json"))?;
-        if let Some(path) = &self.storyboard {
-            if let Some((_, row)) = tables.first() {
-                draw_trial(path, row, &policy, self.seed)?;
-            }
+        if let (Some(path), Some((_, row))) = (&self.storyboard, tables.first()) {
+            draw_trial(path, row, &policy, self.seed)?;
         }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
