@@ -373,7 +373,9 @@ fn a_trained_skater_goes_round_and_its_speed_can_be_told() {
     app.world_mut().entity_mut(athlete).remove::<SkillController>();
     run_ticks(&mut app, 4, TICK);
     assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_none());
-    app.world_mut().entity_mut(athlete).insert(SkillController { speed: Some(f32::NAN), ..SkillController::new(skill) });
+    app.world_mut()
+        .entity_mut(athlete)
+        .insert(SkillController { speed: Some(f32::NAN), ..SkillController::new(skill) });
     run_ticks(&mut app, 4, TICK);
     assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_some());
 }

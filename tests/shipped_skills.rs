@@ -4,9 +4,9 @@
 
 use bevy_athlete::asset::card::RobustnessCard;
 use bevy_athlete::cli::{find_skill, load_task, load_trained_skill};
+use bevy_athlete::contact::World;
 use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::Heading;
-use bevy_athlete::contact::World;
 use bevy_athlete::math::F32x8;
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
@@ -15,8 +15,14 @@ use bevy_athlete::train::ppo::evaluate;
 use glam::DVec3;
 use std::sync::Arc;
 
-const SKILLS: [&str; 6] =
-    ["stroking", "forward_crossover", "backward_crossover", "forward_three_turn", "backward_three_turn", "double_salchow"];
+const SKILLS: [&str; 6] = [
+    "stroking",
+    "forward_crossover",
+    "backward_crossover",
+    "forward_three_turn",
+    "backward_three_turn",
+    "double_salchow",
+];
 
 #[test]
 fn every_file_fits_the_others() {

@@ -127,6 +127,7 @@ fn a_game_plays_what_was_trained() {
         friction: None,
         joint_noise: 0.0,
         velocity_noise: 0.0,
+        joint_velocity_noise: 0.0,
         ..EpisodeOptions::default()
     };
     let model = task().model.clone();
