@@ -153,7 +153,7 @@ pub fn flights(samples: &[PerformanceSample]) -> Vec<Flight> {
     found
 }
 
-/// Times on one foot of at least [`SHORTEST_STROKE`], one foot after the other: the same foot again counts on.
+/// Times on one foot of at least 0.1 s, one foot after the other: the same foot again counts on.
 pub fn strokes(samples: &[PerformanceSample]) -> Vec<Side> {
     let mut found: Vec<Side> = Vec::new();
     let (mut side, mut since) = (None, 0.0);
