@@ -6,8 +6,8 @@ use crate::control::tracking::Heading;
 use crate::math::RandomStream;
 use crate::model::SharedModel;
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{ProgramPlayer, TrialOptions, forbidden_points};
-use glam::{DQuat, DVec3};
+use crate::skill::{Disturbance, ProgramPlayer, TrialOptions, forbidden_points};
+use glam::DVec3;
 
 /// How a performance went.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,13 @@ pub fn run_program(
     let settings = SimulationSettings::of(model);
     let mut sim = Simulator::<f64>::new(model.clone(), settings);
     let mut random = RandomStream::new(seed, 0x7072_6f67_0000 + number);
-    let mut ball = |size: f64| DVec3::from_array([0; 3].map(|_| random.range(-size, size))).clamp_length_max(size);
     player.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
-    for joint in sim.state.joints.iter_mut().skip(1) {
-        let q = joint.rotation.lane(0) * DQuat::from_scaled_axis(ball(trial.joint_noise));
-        joint.rotation.set_lane(0, q.normalize());
-    }
-    let linear = &mut sim.state.root_velocity.linear;
-    linear.set_lane(0, linear.lane(0) + ball(trial.velocity_noise) * DVec3::new(1.0, 0.3, 1.0));
+    let disturbance = Disturbance {
+        joint: trial.joint_noise,
+        joint_velocity: trial.joint_velocity_noise,
+        velocity: trial.velocity_noise,
+    };
+    disturbance.apply(&mut sim.state, 0, &mut random);
     if let Some((low, high)) = trial.friction {
         sim.friction_scale = random.range(low, high) / Surface::ICE.friction;
     }

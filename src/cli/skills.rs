@@ -40,32 +40,37 @@ pub enum SkillInputError {
     Trained(#[from] TrainedSkillError),
 }
 
+/// The folders in a folder, by name.
+fn folders(path: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(path) else { return Vec::new() };
+    let mut found: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_dir()).collect();
+    found.sort();
+    found
+}
+
+/// `FAMILY/NAME/NAME` + `ending` below [`SKILLS_FOLDER`]; the names that there are, if this one is not.
+pub(super) fn skill_file(name: &str, ending: &str) -> Result<PathBuf, Vec<String>> {
+    let mut known = Vec::new();
+    for folder in folders(Path::new(SKILLS_FOLDER)).iter().flat_map(|family| folders(family)) {
+        let stem = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = folder.join(format!("{stem}{ending}"));
+        if file.is_file() {
+            if stem == name {
+                return Ok(file);
+            }
+            known.push(stem);
+        }
+    }
+    Err(known)
+}
+
 /// The skill file with this name below [`SKILLS_FOLDER`], or at this path.
 pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
     if name.ends_with(".skill.ron") && Path::new(name).is_file() {
         return Ok(PathBuf::from(name));
     }
-    let mut known = Vec::new();
-    let folders = |path: &Path| -> Vec<PathBuf> {
-        let mut found: Vec<PathBuf> = std::fs::read_dir(path)
-            .map(|entries| entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.is_dir()).collect())
-            .unwrap_or_default();
-        found.sort();
-        found
-    };
-    for family in folders(Path::new(SKILLS_FOLDER)) {
-        for folder in folders(&family) {
-            let Some(stem) = folder.file_name().map(|s| s.to_string_lossy().into_owned()) else { continue };
-            let file = folder.join(format!("{stem}.skill.ron"));
-            if file.is_file() {
-                if stem == name {
-                    return Ok(file);
-                }
-                known.push(stem);
-            }
-        }
-    }
-    Err(SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
+    skill_file(name, ".skill.ron")
+        .map_err(|known| SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
 }
 
 /// The program file with this name below [`SKILLS_FOLDER`], or at this path.
@@ -73,8 +78,8 @@ pub fn find_program(name: &str) -> Option<PathBuf> {
     if name.ends_with(".program.ron") && Path::new(name).is_file() {
         return Some(PathBuf::from(name));
     }
-    let families = std::fs::read_dir(SKILLS_FOLDER).ok()?;
-    families.filter_map(|e| e.ok().map(|e| e.path().join(format!("{name}.program.ron")))).find(|p| p.is_file())
+    let families = folders(Path::new(SKILLS_FOLDER));
+    families.iter().map(|family| family.join(format!("{name}.program.ron"))).find(|p| p.is_file())
 }
 
 /// A skill with its motion and its policy, `policy.onnx` beside the skill file.
@@ -90,12 +95,10 @@ pub fn load_trained_skill(name: &str, model: &SharedModel) -> Result<TrainedSkil
 pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTask, SkillInputError> {
     let model = load_character(&skill.character)?;
     let clip: MotionClip = load_motion(&skill.motion, map, &model)?;
-    let (clip, _) = clip.lifted_clear(&model).map_err(TaskError::from)?;
     let mut task = SkillTask::new(skill, model.clone(), &clip)?;
     for file in &skill.after {
         let other = SkillDefinition::load(file)?;
         let clip = load_motion(&other.motion, None, &model)?;
-        let (clip, _) = clip.lifted_clear(&model).map_err(TaskError::from)?;
         task.follow(other.prepare_motion(&clip, &model).map_err(TaskError::from)?);
     }
     Ok(task)

@@ -1,5 +1,6 @@
 //! The frozen description of a character that the dynamics reads.
 
+use crate::model::Side;
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
 
@@ -218,6 +219,14 @@ impl CharacterModel {
     /// Index of the link with this name.
     pub fn link_index(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)
+    }
+    /// Index of the blade of a side.
+    pub fn blade_index(&self, side: Side) -> Option<usize> {
+        self.blades.iter().position(|b| b.name == side.name())
+    }
+    /// The blade of a side.
+    pub fn blade_of(&self, side: Side) -> Option<&Blade> {
+        self.blade_index(side).map(|k| &self.blades[k])
     }
     /// The links without children: hands, feet, head.
     pub fn end_links(&self) -> Vec<usize> {

@@ -10,7 +10,7 @@ use crate::dynamics::{
     update_twists, update_velocities,
 };
 use crate::math::{Force, Mobility, Motion, Quat, Real, Vec3};
-use crate::model::SharedModel;
+use crate::model::{Blade, SharedModel};
 use glam::DVec3;
 
 /// What a simulation does beyond the model: rates and switches.
@@ -197,6 +197,14 @@ impl<R: Real> Simulator<R> {
     pub fn joint_torque(&self, link: usize) -> Vec3<R> {
         let s = &self.servos[link];
         s.torque - self.joint_accelerations[link] * s.implicit
+    }
+
+    /// The toe and the heel end of a blade, world axes, relative to the root, m.
+    pub fn blade_ends(&mut self, blade: &Blade) -> (Vec3<R>, Vec3<R>) {
+        let model = self.model.clone();
+        let link = self.kinematics()[blade.link];
+        let end = |point: usize| link.origin + link.rotation.mul_vec(Vec3::splat(model.contact_points[point].position));
+        (end(blade.toe), end(blade.heel))
     }
 
     /// Edge of a blade during the last step.

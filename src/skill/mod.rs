@@ -2,6 +2,7 @@
 
 mod criteria;
 mod definition;
+pub(crate) mod disturb;
 mod performance;
 mod prepare;
 #[cfg(feature = "policy")]
@@ -19,6 +20,7 @@ pub use criteria::{
 pub use definition::{
     EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits,
 };
+pub use disturb::Disturbance;
 pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
 pub use prepare::forbidden_points;
 #[cfg(feature = "policy")]

@@ -1,6 +1,6 @@
 //! What a trial was like: samples of a simulated skater, for judging it and for telling a game what happened.
 
-use crate::math::{Real, Vec3};
+use crate::math::Real;
 use crate::model::{CharacterModel, Side};
 use crate::sim::Simulator;
 use glam::{DQuat, DVec3};
@@ -88,8 +88,7 @@ pub(crate) fn side_index(side: Side) -> usize {
 
 /// Places of the left and the right blade in the character's list; `None` if it lacks one.
 pub fn blade_pair(model: &CharacterModel) -> Option<[usize; 2]> {
-    let find = |side: &str| model.blades.iter().position(|b| b.name.contains(side));
-    Some([find("left")?, find("right")?])
+    Some([model.blade_index(Side::Left)?, model.blade_index(Side::Right)?])
 }
 
 /// Takes samples of a simulation, lane by lane: [`Watcher::look`] after every step, then [`Watcher::sample`] and
@@ -133,15 +132,10 @@ impl<R: Real> Watcher<R> {
         let momentum = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
         let model = sim.model().clone();
         let root = sim.state.root_position;
-        let ends: Vec<[Vec3<R>; 2]> = {
-            let links = sim.kinematics();
-            let place = |point: usize| {
-                let p = &model.contact_points[point];
-                let link = &links[p.link];
-                root + link.origin + link.rotation.mul_vec(Vec3::splat(p.position))
-            };
-            self.blades.iter().map(|&b| [place(model.blades[b].toe), place(model.blades[b].heel)]).collect()
-        };
+        let ends = self.blades.map(|b| {
+            let (toe, heel) = sim.blade_ends(&model.blades[b]);
+            (root + toe, root + heel)
+        });
         (0..R::LANES)
             .map(|lane| PerformanceSample {
                 time,
@@ -149,8 +143,8 @@ impl<R: Real> Watcher<R> {
                 root_rotation: sim.state.root_rotation.lane(lane),
                 com_velocity: momentum.lane(lane),
                 blades: core::array::from_fn(|k| BladeSample {
-                    toe: ends[k][0].lane(lane),
-                    heel: ends[k][1].lane(lane),
+                    toe: ends[k].0.lane(lane),
+                    heel: ends[k].1.lane(lane),
                     pressed: R::mask_lane(self.pressed[k], lane),
                     lean: sim.blade_lean(self.blades[k], lane).map(|(lean, _)| lean),
                 }),

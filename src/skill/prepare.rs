@@ -6,11 +6,11 @@ use crate::model::{CharacterModel, ContactKind};
 use crate::skill::SkillDefinition;
 
 impl SkillDefinition {
-    /// The motion, tick by tick: the skill's part of a clip, repeated or held at its end.
+    /// The motion, tick by tick: the skill's part of a clip, lifted clear of the ground, repeated or held at its end.
     pub fn prepare_motion(&self, clip: &MotionClip, model: &CharacterModel) -> Result<TrackedMotion, ClipError> {
         let part = match self.window {
-            Some((from, to)) => clip.cut(from, to)?,
-            None => clip.clone(),
+            Some((from, to)) => clip.lifted_clear(model)?.0.cut(from, to)?,
+            None => clip.lifted_clear(model)?.0,
         };
         if self.cyclic {
             TrackedMotion::cyclic(&part, model, self.control_rate, self.straight)

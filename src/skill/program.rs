@@ -3,7 +3,7 @@
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
-use crate::skill::transition::{ENTRY, Transition, best_transition};
+use crate::skill::transition::{Transition, best_transition};
 use crate::skill::{SkillPlayer, TrainedSkill};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -132,7 +132,6 @@ pub enum ProgramNews {
 #[derive(Clone, Debug)]
 pub struct ProgramPlayer {
     elements: Vec<ProgramElement>,
-    skills: Vec<Arc<TrainedSkill>>,
     /// From each element to the next.
     transitions: Vec<Transition>,
     players: Vec<SkillPlayer>,
@@ -157,7 +156,7 @@ impl ProgramPlayer {
             found,
             valid,
         };
-        let (mut chosen, mut players) = (Vec::new(), Vec::new());
+        let mut players: Vec<SkillPlayer> = Vec::new();
         for (k, element) in program.elements.iter().enumerate() {
             let skill = skills.get(&element.skill).ok_or_else(|| {
                 let known = skills.keys().cloned().collect::<Vec<_>>().join(", ");
@@ -167,25 +166,15 @@ impl ProgramPlayer {
                 let valid = "a multiple of four times the decisions per second";
                 value(format!("element {}, rate", k + 1), rate.to_string(), valid.into())
             })?);
-            chosen.push(skill.clone());
         }
-        let transitions = chosen
+        let transitions = players
             .windows(2)
             .map(|pair| {
-                let entry = (ENTRY * pair[1].definition.control_rate).round() as usize;
-                best_transition(&pair[0].motion, &pair[1].motion, entry)
+                let (from, to) = (pair[0].skill(), pair[1].skill());
+                best_transition(&from.motion, &to.motion, to.entry_ticks())
             })
             .collect();
-        Ok(Self {
-            elements: program.elements.clone(),
-            skills: chosen,
-            transitions,
-            players,
-            now: 0,
-            age: 0,
-            ended: false,
-            news: None,
-        })
+        Ok(Self { elements: program.elements.clone(), transitions, players, now: 0, age: 0, ended: false, news: None })
     }
 
     /// The passages from each element to the next.
@@ -245,7 +234,7 @@ impl ProgramPlayer {
 
     /// Goes on to the next element where the present one is to be left.
     fn go_on(&mut self, sim: &mut Simulator<f64>) {
-        let (element, skill) = (&self.elements[self.now], &self.skills[self.now]);
+        let (element, skill) = (&self.elements[self.now], self.players[self.now].skill());
         let enough = match skill.motion.cycle() {
             Some(_) => self.age as f64 >= element.seconds * skill.definition.control_rate,
             None => self.players[self.now].is_finished(),

@@ -3,7 +3,7 @@
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
-use crate::skill::transition::{ENTRY, Transition, best_transition};
+use crate::skill::transition::{Transition, best_transition};
 use crate::skill::{SkillPlayer, TrainedSkill, Way};
 use glam::DVec3;
 use std::sync::Arc;
@@ -12,8 +12,6 @@ use std::sync::Arc;
 const CURVE: (f64, f64) = (0.6, 0.25);
 /// How fast a skill that goes straight is turned, rad/s for each radian of deviation, and at most.
 const STEER: (f64, f64) = (0.6, 0.35);
-/// Passages that differ more than this are only taken where there is no other, see [`Transition::distance`].
-const FAR: f64 = 4.0;
 
 /// What is wished for.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,10 +56,7 @@ impl SteeringPlayer {
         }
         let player = SkillPlayer::new(skills.first()?.clone(), rate)?;
         let known: Vec<Known> = skills.into_iter().map(Known::of).collect();
-        let passage = |a: &Known, b: &Known| {
-            let entry = (ENTRY * b.skill.definition.control_rate).round() as usize;
-            best_transition(&a.skill.motion, &b.skill.motion, entry)
-        };
+        let passage = |a: &Known, b: &Known| best_transition(&a.skill.motion, &b.skill.motion, b.skill.entry_ticks());
         let passages = known.iter().map(|a| known.iter().map(|b| passage(a, b)).collect()).collect();
         Some(Self { known, passages, player, rate, now: 0, next: None, begun: Some(0) })
     }
@@ -75,11 +70,6 @@ impl SteeringPlayer {
         let k = self.begun.take()?;
         Some(self.known[k].skill.name())
     }
-    /// Names of the skills.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.known.iter().map(|k| k.skill.name())
-    }
-
     /// Puts the body at the start of the first skill.
     pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3) {
         let first = self.known[0].skill.clone();
@@ -160,12 +150,6 @@ impl SteeringPlayer {
         let near = |k: &usize| from[*k].distance;
         (0..self.known.len()).filter(repeats).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(0)
     }
-
-    /// Whether a skill can be begun from the present one without a great change.
-    pub fn can_begin(&self, name: &str) -> bool {
-        let found = self.known.iter().position(|k| k.skill.name() == name);
-        found.is_some_and(|k| self.passages[self.now][k].distance < FAR)
-    }
 }
 
 impl Known {
@@ -178,7 +162,7 @@ impl Known {
                 (t.pose.root_rotation * DVec3::NEG_Z).dot(t.travel)
             })
             .sum();
-        let turned = motion.cycle().map_or(0.0, |c| c.turn.1.atan2(c.turn.0));
+        let turned = motion.cycle().map_or(0.0, |c| Heading::<f64> { c: c.turn.0, s: c.turn.1 }.angle());
         let curve = turned / motion.duration().max(1e-3);
         Self { way: if along >= 0.0 { Way::Forward } else { Way::Backward }, curve, skill }
     }
@@ -188,5 +172,8 @@ impl Known {
 /// not known.
 fn deviation(velocity: DVec3, wish: DVec3) -> f64 {
     let (v, w) = (velocity * DVec3::new(1.0, 0.0, 1.0), wish * DVec3::new(1.0, 0.0, 1.0));
-    if v.length() < 0.2 || w.length() < 1e-6 || !w.is_finite() { 0.0 } else { v.cross(w).y.atan2(v.dot(w)) }
+    if v.length() < 0.2 || w.length() < 1e-6 || !w.is_finite() {
+        return 0.0;
+    }
+    Heading::<f64>::towards(w).relative_to(Heading::towards(v)).angle()
 }

@@ -6,7 +6,7 @@ use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, ModelPose, SharedModel};
 use crate::sim::Simulator;
-use crate::skill::{SkillDefinition, SkillError};
+use crate::skill::{ENTRY, SkillDefinition, SkillError};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -78,8 +78,13 @@ impl TrainedSkill {
         if contract.action.links != links {
             return mismatch("other joints".into(), links.join(", "));
         }
-        let motion = Arc::new(definition.prepare_motion(&clip.lifted_clear(model)?.0, model)?);
+        let motion = Arc::new(definition.prepare_motion(clip, model)?);
         Ok(Self { definition, motion, policy })
+    }
+
+    /// Last tick at which it may be entered, see [`ENTRY`].
+    pub fn entry_ticks(&self) -> usize {
+        (ENTRY * self.definition.control_rate).round() as usize
     }
 
     /// The name.
@@ -143,10 +148,6 @@ impl SkillPlayer {
     /// Where the reference is, world frame.
     pub fn reference_pose(&self) -> ModelPose {
         self.tracker.reference_pose(0)
-    }
-    /// The last observation and action, as the policy's contract describes them.
-    pub fn seen_and_done(&self) -> (&[f32], &[f32]) {
-        (&self.row, &self.action)
     }
     /// Commands a mean speed, m/s.
     pub fn set_speed(&mut self, speed: f64) {

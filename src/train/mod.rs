@@ -1,5 +1,10 @@
 //! Making motions: methods that search for controls. Feature `train`.
 
+/// Threads where nothing else is asked: one for each core.
+pub fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get())
+}
+
 pub mod cma_es;
 #[cfg(feature = "policy")]
 mod export_onnx;
@@ -9,11 +14,10 @@ pub mod optimize;
 pub mod ppo;
 mod samcon;
 mod samcon_cost;
+mod samcon_options;
 mod symmetric_eigen;
 
 #[cfg(feature = "policy")]
 pub use export_onnx::{ExportError, policy_bytes, save_policy};
-pub use samcon::{
-    Progress, ReconstructError, ReconstructOptions, Reconstruction, ReconstructionReport, STIFF_GAINS, Tolerance,
-    reconstruct,
-};
+pub use samcon::{Progress, Reconstruction, ReconstructionReport, reconstruct};
+pub use samcon_options::{ReconstructError, ReconstructOptions, STIFF_GAINS, Tolerance};

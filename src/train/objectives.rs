@@ -48,18 +48,10 @@ const PATH_SCALE: f64 = 0.10;
 /// Height below which the centre of mass counts as being there, m: the reciprocal square has no bound at the ground.
 const LEAST_HEIGHT: f64 = 0.1;
 
-/// The ends of a blade, world axes, relative to the root, m.
-fn blade_ends<R: Real>(sim: &mut Simulator<R>, blade: &Blade) -> (Vec3<R>, Vec3<R>) {
-    let model = sim.model().clone();
-    let link = sim.kinematics()[blade.link];
-    let end = |point: usize| link.origin + link.rotation.mul_vec(Vec3::splat(model.contact_points[point].position));
-    (end(blade.toe), end(blade.heel))
-}
-
 /// (7) Squared heights of both ends of a blade above the plane y = 0, summed, m^2. It grows on either side: a blade
 /// does not gain by being pressed into the ice.
 pub fn blade_on_ground<R: Real>(sim: &mut Simulator<R>, blade: &Blade) -> R {
-    let (toe, heel) = blade_ends(sim, blade);
+    let (toe, heel) = sim.blade_ends(blade);
     let root = sim.state.root_position.y;
     let (a, b) = (toe.y + root, heel.y + root);
     a * a + b * b
@@ -90,8 +82,8 @@ pub fn on_com<R: Real>(sim: &mut Simulator<R>, part: BodyPart) -> R {
         }
         BodyPart::BladeLeft | BodyPart::BladeRight => {
             let side = if part == BodyPart::BladeLeft { Side::Left } else { Side::Right };
-            let Some(blade) = blade_of(&model, side) else { return R::zero() };
-            let (toe, heel) = blade_ends(sim, blade);
+            let Some(blade) = model.blade_of(side) else { return R::zero() };
+            let (toe, heel) = sim.blade_ends(blade);
             (toe + heel) * R::splat(0.5)
         }
     };
@@ -172,10 +164,6 @@ pub fn track_path<R: Real>(sim: &Simulator<R>, place: DVec3) -> R {
     (sim.state.root_position - Vec3::splat(place)).length_squared()
 }
 
-fn blade_of(model: &CharacterModel, side: Side) -> Option<&Blade> {
-    model.blades.iter().find(|b| b.name == side.name())
-}
-
 /// What the key poses have at a moment, ready for comparison.
 #[derive(Clone, Debug)]
 pub struct Target<R> {
@@ -212,7 +200,7 @@ impl Meter {
 
     /// Whether a character has what an objective speaks of; what is missing, where not.
     pub fn lacks(model: &CharacterModel, objective: &Objective) -> Option<String> {
-        let blade = |side: Side| blade_of(model, side).is_none().then(|| format!("no {} blade", side.name()));
+        let blade = |side: Side| model.blade_of(side).is_none().then(|| format!("no {} blade", side.name()));
         match objective {
             Objective::BladeOnGround { side, .. } => blade(*side),
             Objective::OnCOM { part: BodyPart::BladeLeft, .. } => blade(Side::Left),
@@ -231,7 +219,7 @@ impl Meter {
         match *objective {
             Objective::BladeOnGround { side, .. } => {
                 let model = sim.model().clone();
-                blade_of(&model, side).map_or(R::zero(), |blade| over(blade_on_ground(sim, blade), BLADE_SCALE))
+                model.blade_of(side).map_or(R::zero(), |blade| over(blade_on_ground(sim, blade), BLADE_SCALE))
             }
             Objective::COMHeight { height, .. } => over(com_height(sim, height), HEIGHT_SCALE),
             Objective::MaxCOMHeight { .. } => max_com_height(sim),

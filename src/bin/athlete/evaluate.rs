@@ -97,7 +97,7 @@ impl Evaluate {
         let rate = task.model.step_rate;
         let task = task.at_rate(rate)?;
         let tables = task.trials()?;
-        let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
+        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
 
         let mut rows = Vec::new();
         let mut shortfalls = Vec::new();
@@ -196,8 +196,9 @@ impl Evaluate {
 
     fn command(&self) -> String {
         let push = self.push.map_or(String::new(), |n| format!(" --push {n}"));
+        let speed = self.speed.as_ref().map_or(String::new(), |s| format!(" --speed {s}"));
         let name = self.policy.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        format!("athlete evaluate {name} --trials {} --seed {}{push}", self.trials, self.seed)
+        format!("athlete evaluate {name} --trials {} --seed {}{push}{speed}", self.trials, self.seed)
     }
 }
 

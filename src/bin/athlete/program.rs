@@ -89,7 +89,7 @@ impl Program {
             Storyboard::new(options).write(&model, frames.frames(), path)?;
         }
 
-        let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
+        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
         let (next, progress) = (AtomicU64::new(0), bar(self.runs, "program"));
         let runs = std::thread::scope(|scope| -> Result<Vec<_>, Box<dyn std::error::Error>> {
             let work = || -> Result<Vec<_>, bevy_athlete::control::PolicyError> {

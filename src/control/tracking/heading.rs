@@ -24,6 +24,14 @@ impl<R: Real> Heading<R> {
         let back = rotation.rotate(Vec3::new(R::zero(), R::zero(), R::one()));
         Self { c: back.z, s: back.x }.normalized()
     }
+    /// The heading of a direction over the ground.
+    pub fn towards(direction: glam::DVec3) -> Self {
+        Self { c: R::splat(-direction.z), s: R::splat(-direction.x) }.normalized()
+    }
+    /// The angle of the turn, rad, from -pi to pi.
+    pub fn angle(self) -> R {
+        self.to_quat().to_rotation_vector().y
+    }
     /// Unit length again.
     #[inline(always)]
     pub fn normalized(self) -> Self {

@@ -169,9 +169,7 @@ impl<R: Real> Tracker<R> {
         let scalar = |q: glam::DQuat| Heading::of(Quat::<f64>::splat(q));
         let (goes, faces) = (glam::DVec3::new(velocity.x, 0.0, velocity.z), sim.state.root_rotation.lane(lane));
         let heading = if goes.length() > 0.5 {
-            // Headings of directions: facing -Z is no turn.
-            let of = |v: glam::DVec3| Heading { c: -v.z, s: -v.x }.normalized();
-            of(goes).relative_to(of(reference.travel))
+            Heading::towards(goes).relative_to(Heading::towards(reference.travel))
         } else {
             scalar(faces).relative_to(scalar(reference.pose.root_rotation))
         };

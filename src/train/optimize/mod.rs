@@ -6,7 +6,7 @@
 //! little as can be found. Two windows are optimised at a time, the first is kept, and the next two begin in the state where
 //! it ended.
 //!
-//! With `seed_with_samcon` the search does not begin at the bare key poses: [`crate::train::reconstruct`] first finds
+//! With [`OptimizeOptions::samcon`] the search does not begin at the bare key poses: [`crate::train::reconstruct`] first finds
 //! a control that stays on its feet, window by window, and the spline is added to that.
 //!
 //! | file | what is in it |

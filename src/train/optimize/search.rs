@@ -12,7 +12,8 @@ use crate::dynamics::State;
 use crate::math::{F64x4, Real};
 use crate::sim::Simulator;
 use crate::train::cma_es::{CmaEs, CmaOptions};
-use crate::train::samcon::{ReconstructError, ReconstructOptions, continue_from, reconstruct};
+use crate::train::samcon::{continue_from, reconstruct};
+use crate::train::{ReconstructError, ReconstructOptions};
 use glam::DVec3;
 use std::time::Instant;
 

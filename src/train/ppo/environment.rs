@@ -2,11 +2,13 @@
 
 use crate::control::tracking::{TrackedMotion, Tracker, TrackingTerms};
 use crate::math::{RandomStream, Real, Vec3};
+use crate::model::ModelPose;
 use crate::sim::{ExternalForce, Simulator, step};
+use crate::skill::disturb::{Disturbance, ball};
 use crate::skill::{PerformanceSample, Range, SETTLE, Shortfall, Transition, Watcher};
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// How a tick ended for one lane.
@@ -75,11 +77,6 @@ fn draw(random: &mut RandomStream, range: Range) -> f64 {
     random.range(range.0, range.1)
 }
 
-/// A vector of components in [-1, 1), cut to length 1.
-fn ball(random: &mut RandomStream) -> DVec3 {
-    DVec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), random.range(-1.0, 1.0)).clamp_length_max(1.0)
-}
-
 impl<R: Real> Environment<R> {
     /// A batch whose lanes have all begun a trial. `stream` names its random numbers.
     pub fn new(task: Arc<SkillTask>, seed: u64, stream: u64, starts: &StartSampler) -> Self {
@@ -96,7 +93,7 @@ impl<R: Real> Environment<R> {
             random: RandomStream::new(seed, stream),
             lanes: vec![Lane::default(); R::LANES],
             features: Vec::with_capacity(task.layout.size()),
-            watcher: Watcher::new(&task.model),
+            watcher: Watcher::new(&task.model).filter(|_| task.watches_blades()),
             task,
         };
         for lane in 0..R::LANES {
@@ -130,17 +127,12 @@ impl<R: Real> Environment<R> {
         if let Some(friction) = episode.friction {
             self.sim.friction_scale.set_lane(lane, draw(random, friction) / task.friction);
         }
-        let state = &mut self.sim.state;
-        for joint in state.joints.iter_mut().skip(1) {
-            let turn = ball(random) * episode.joint_noise;
-            let q = joint.rotation.lane(lane) * DQuat::from_scaled_axis(turn);
-            joint.rotation.set_lane(lane, q.normalize());
-            let velocity = joint.velocity.lane(lane) + ball(random) * episode.joint_velocity_noise;
-            joint.velocity.set_lane(lane, velocity);
-        }
-        let moving = &mut state.root_velocity.linear;
-        let level = DVec3::new(1.0, 0.3, 1.0);
-        moving.set_lane(lane, moving.lane(lane) + ball(random) * level * episode.velocity_noise);
+        let disturbance = Disturbance {
+            joint: episode.joint_noise,
+            joint_velocity: episode.joint_velocity_noise,
+            velocity: episode.velocity_noise,
+        };
+        disturbance.apply(&mut self.sim.state, lane, random);
         self.sim.state_changed();
         if episode.joint_noise > 0.0 && !follows {
             self.stand(lane, tick);
@@ -175,12 +167,14 @@ impl<R: Real> Environment<R> {
     /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.
     fn stand(&mut self, lane: usize, tick: usize) {
         let task = self.task.clone();
-        let reference = &task.motion.tick(tick).pose;
-        let wanted = task.lowest_point(reference.root_position.y, reference.root_rotation, &reference.joints);
         let state = &mut self.sim.state;
-        let joints: Vec<DQuat> = state.joints.iter().map(|j| j.rotation.lane(lane)).collect();
-        let mut place = state.root_position.lane(lane);
-        place.y += wanted - task.lowest_point(place.y, state.root_rotation.lane(lane), &joints);
+        let now = ModelPose {
+            root_position: state.root_position.lane(lane),
+            root_rotation: state.root_rotation.lane(lane),
+            joints: state.joints.iter().map(|j| j.rotation.lane(lane)).collect(),
+        };
+        let lift = task.lowest_point(&task.motion.tick(tick).pose) - task.lowest_point(&now);
+        let place = now.root_position + DVec3::Y * lift;
         state.root_position.set_lane(lane, place);
         self.sim.state_changed();
     }

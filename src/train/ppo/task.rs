@@ -3,15 +3,12 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::contact::{Surface, World};
 use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions};
-use crate::dynamics::{LinkConstants, LinkKinematics, State, update_positions};
-use crate::math::Vec3;
-use crate::model::SharedModel;
+use crate::model::{CharacterModel, ContactPoint, LinkTransform, ModelPose, SharedModel};
 use crate::sim::SimulationSettings;
 use crate::skill::{
     ENTRY, EpisodeOptions, PushOptions, SkillDefinition, SkillError, Transition, TrialRow, best_transition, blade_pair,
     forbidden_points,
 };
-use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
 pub(crate) use crate::control::tracking::TICK_PARTS as SUBTICKS;
@@ -185,18 +182,18 @@ impl SkillTask {
         Ok(task)
     }
 
-    /// Height of the lowest contact point, m, with the root at height `y` (m).
-    pub(crate) fn lowest_point(&self, y: f64, rotation: DQuat, joints: &[DQuat]) -> f64 {
-        let constants = LinkConstants::<f64>::of(&self.model);
-        let mut state = State::<f64>::at_rest(&self.model);
-        let mut links = vec![LinkKinematics::default(); self.model.links.len()];
-        state.set_pose(0, DVec3::ZERO, rotation, joints);
-        update_positions(&constants, &state, &mut links);
-        let height = |p: &crate::model::ContactPoint| {
-            let link = &links[p.link];
-            (link.origin + link.rotation.mul_vec(Vec3::splat(p.position))).y - p.radius
-        };
-        y + self.model.contact_points.iter().map(height).fold(f64::INFINITY, f64::min)
+    /// Whether it matters when a blade touches the ice.
+    pub(crate) fn watches_blades(&self) -> bool {
+        let limits = &self.skill.limits;
+        let in_air = self.skill.episode.push.as_ref().is_some_and(|p| p.airborne);
+        self.judged || limits.free_foot || limits.standing_foot || in_air
+    }
+
+    /// Height of the lowest contact point of a pose, m.
+    pub(crate) fn lowest_point(&self, pose: &ModelPose) -> f64 {
+        let places = place_links(pose, &self.model);
+        let bottom = |p: &ContactPoint| point_height(p, &places) - p.radius;
+        self.model.contact_points.iter().map(bottom).fold(f64::INFINITY, f64::min)
     }
 
     /// Numbers of an action: three for each link but the root.
@@ -212,26 +209,27 @@ const FREE: f64 = 0.03;
 const LANDED: usize = 6;
 const LEAVING: usize = 3;
 
+fn place_links(pose: &ModelPose, model: &CharacterModel) -> Vec<LinkTransform> {
+    let mut places = Vec::with_capacity(model.links.len());
+    pose.link_transforms(model, &mut places);
+    places
+}
+
+/// Height of the middle of a contact point, m.
+fn point_height(point: &ContactPoint, places: &[LinkTransform]) -> f64 {
+    let link = &places[point.link];
+    (link.position + link.rotation * point.position).y
+}
+
 /// For each tick, which of the two blades is in the air.
 fn free_feet(motion: &TrackedMotion, model: &SharedModel) -> Arc<[[bool; 2]]> {
     let Some(blades) = blade_pair(model) else { return Arc::from(vec![[false; 2]; motion.last() + 1]) };
-    let constants = LinkConstants::<f64>::of(model);
-    let mut state = State::<f64>::at_rest(model);
-    let mut links = vec![LinkKinematics::default(); model.links.len()];
-    let mut free = |tick: usize| {
-        let pose = &motion.tick(tick).pose;
-        state.set_pose(0, DVec3::ZERO, pose.root_rotation, &pose.joints);
-        update_positions(&constants, &state, &mut links);
-        blades.map(|b| {
-            let height = |point: usize| {
-                let p = &model.contact_points[point];
-                let link = &links[p.link];
-                pose.root_position.y + (link.origin + link.rotation.mul_vec(Vec3::splat(p.position))).y
-            };
-            height(model.blades[b].toe).min(height(model.blades[b].heel)) > FREE
-        })
+    let free = |tick: usize| {
+        let places = place_links(&motion.tick(tick).pose, model);
+        let height = |point: usize| point_height(&model.contact_points[point], &places);
+        blades.map(|b| height(model.blades[b].toe).min(height(model.blades[b].heel)) > FREE)
     };
-    (0..=motion.last()).map(&mut free).collect()
+    (0..=motion.last()).map(free).collect()
 }
 
 /// For each tick, which blades have been on the ice for [`LANDED`] ticks and will be for [`LEAVING`].

@@ -56,7 +56,7 @@ impl Default for TrainOptions {
     fn default() -> Self {
         Self {
             seed: 1,
-            threads: std::thread::available_parallelism().map_or(1, |n| n.get()),
+            threads: crate::train::default_threads(),
             pods: 4,
             ticks: 32,
             minibatch: 1024,
