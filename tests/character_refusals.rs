@@ -54,7 +54,7 @@ fn each_refusal_names_file_place_and_value() {
         ("step_rate: 1200.0", "step_rate: 1e9", &["`skater`", "step_rate is 1000000000.0"]),
         ("kp: 600.0", "kp: -1.0", &["`skater`", "gains.kp is -1.0"]),
         ("kd: 49.0", "kd: NaN", &["`skater`", "gains.kd is NaN"]),
-        ("max_torque: 350.0", "max_torque: 0.0", &["`thigh_left`", "max_torque is 0.0", "N m"]),
+        ("max_torque: 220.0", "max_torque: 0.0", &["`thigh_left`", "max_torque is 0.0", "N m"]),
         ("joint: Weld,", "joint: Weld, max_torque: 5.0,", &["`blade_left`", "max_torque is 5.0", "nothing on a"]),
         (
             "limits: (x: (-75.0, 135.0)",

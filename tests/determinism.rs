@@ -16,8 +16,8 @@ use bevy_athlete::model::{PRESET_NAMES, preset};
 use bevy_athlete::sim::{Simulator, step};
 use golden::*;
 
-const SKATER_ON_ICE: u64 = 0x316b_e6a9_199c_f749;
-const FOOT_HUMAN_ON_GROUND: u64 = 0x0ccd_ce0f_836a_3247;
+const SKATER_ON_ICE: u64 = 0x6b68_ec66_c34a_6ea7;
+const FOOT_HUMAN_ON_GROUND: u64 = 0xccd0_0f6e_99a0_aac2;
 
 #[test]
 fn fingerprints_of_two_runs() {

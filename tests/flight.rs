@@ -61,7 +61,7 @@ fn tuck(rate: f64, gains: Option<(f64, f64)>, self_collision: bool, omega: f64, 
     let weight = sim.settings().gravity * model.mass();
     let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
     let world = World::empty();
-    let steps = rate as usize;
+    let steps = (1.5 * rate) as usize;
     let (mut turned, mut given, mut timed) = (0.0, 0.0, 0.0);
     for k in 0..steps {
         // Closes between 0.1 and 0.4 s.
@@ -77,7 +77,7 @@ fn tuck(rate: f64, gains: Option<(f64, f64)>, self_collision: bool, omega: f64, 
         let expected = p0 + weight * t;
         linear = linear.max((m.linear.lane(0) - expected).length() / p0.length());
         angular = angular.max((m.angular.lane(0) - l0).length() / l0.length());
-        if t > 0.7 {
+        if t > 1.0 {
             let q = sim.state.root_rotation.lane(0) * before.inverse();
             turned += 2.0 * q.y.atan2(q.w);
             given += sim.total_inertia().inverse().mul_vec(Vec3::splat(l0)).y / rate;

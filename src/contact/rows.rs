@@ -12,8 +12,10 @@ pub struct ContactSettings {
     /// Distance at which a point starts to take part and a blade end counts as on the ice, m. The blade rule of the
     /// plan: 5 mm.
     pub margin: f64,
-    /// Sweeps of the Gauss-Seidel solver.
+    /// Most sweeps of the Gauss-Seidel solver.
     pub sweeps: usize,
+    /// A sweep that changes no impulse by more than this part of the sum of the normal impulses is the last.
+    pub tolerance: f64,
     /// Part of the penetration (beyond `slop`) removed in one step.
     pub correction: f64,
     /// Penetration that is left alone, m.
@@ -31,6 +33,7 @@ impl Default for ContactSettings {
         Self {
             margin: 0.005,
             sweeps: 5,
+            tolerance: 1e-3,
             correction: 0.1,
             slop: 0.0002,
             correction_speed: 0.5,

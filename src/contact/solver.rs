@@ -86,18 +86,52 @@ fn project<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_normal: 
     [n, R::select(c.blade, t_line, t_disc), R::select(c.blade, s_edge, s_disc)]
 }
 
-/// One pass over the points of a link; returns the impulse wrench that it adds.
+/// What a sweep changed, by lane: it tells when to stop.
+#[derive(Clone, Copy, Debug)]
+struct SweepChange<R> {
+    /// Largest change of an impulse, N s.
+    largest: R,
+    /// Sum of the normal impulses, N s.
+    load: R,
+}
+
+impl<R: Real> SweepChange<R> {
+    fn none() -> Self {
+        Self { largest: R::zero(), load: R::zero() }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, d: &[R; 3], normal: R) {
+        self.largest = self.largest.max(d[0].abs().max(d[1].abs().max(d[2].abs())));
+        self.load += normal;
+    }
+
+    /// Lanes whose impulses still move by more than `tolerance` of the load.
+    #[inline(always)]
+    fn unsettled(&self, tolerance: R) -> R::Mask {
+        (tolerance * self.load).lt(self.largest)
+    }
+}
+
+/// One pass over the points of a link in the lanes of `running`; returns the impulse wrench that it adds.
 #[inline(always)]
-fn sweep_link<R: Real>(group: &mut ContactGroup<R>, candidates: &mut [ContactCandidate<R>]) -> Force<R> {
+fn sweep_link<R: Real>(
+    group: &mut ContactGroup<R>,
+    candidates: &mut [ContactCandidate<R>],
+    running: R::Mask,
+    change: &mut SweepChange<R>,
+) -> Force<R> {
     let (mut v, mut w) = (group.velocity, Force::zero());
     for at in group.start..group.end {
         let partner = candidates[at].partner;
         let partner_normal = if partner == at { R::zero() } else { candidates[partner].impulses[0] };
         let c = &mut candidates[at];
         let new = project(c, residuals(c, &v), partner_normal);
-        let d = [new[0] - c.impulses[0], new[1] - c.impulses[1], new[2] - c.impulses[2]];
         // Inactive lanes keep zero: their effective masses are zero.
-        c.impulses = new;
+        let kept = if R::LANES == 1 { new } else { [0, 1, 2].map(|r| R::select(running, new[r], c.impulses[r])) };
+        let d = [kept[0] - c.impulses[0], kept[1] - c.impulses[1], kept[2] - c.impulses[2]];
+        c.impulses = kept;
+        change.add(&d, kept[0]);
         add_response(c, &d, &mut v);
         add_wrench(c, &d, &mut w);
     }
@@ -145,8 +179,11 @@ fn tell_others<R: Real>(
 
 /// Solves for the impulses of all candidates. The groups' velocities must be those without contact; afterwards their
 /// wrenches hold the impulse wrench on each link.
+///
+/// A lane rests once a sweep has changed none of its impulses by more than `tolerance` of its load: the next step starts
+/// from there.
 #[inline]
-pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
+pub fn solve_contacts<R: Real>(sweeps: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
     let ContactScratch { storage: candidates, groups, clusters, mobility, .. } = scratch;
     clusters.clear();
     for (a, group) in groups.iter().enumerate() {
@@ -173,7 +210,10 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
         tell_others(mobility, clusters, at, 0, &to_hub);
     }
 
+    let tolerance = R::splat(tolerance);
+    let mut running = R::zero().lt(R::one());
     for sweep in 0..sweeps {
+        let mut change = SweepChange::none();
         // In the last sweep only those that still have their turn need to hear.
         let last = sweep + 1 == sweeps;
         for at in 0..clusters.len() {
@@ -184,11 +224,15 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
             }
             let mut to_hub = Force::zero();
             for a in cluster.start..cluster.end {
-                let w = sweep_link(&mut groups[a], candidates);
+                let w = sweep_link(&mut groups[a], candidates, running, &mut change);
                 let first = if last { a + 1 } else { cluster.start };
                 to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
             }
             tell_others(mobility, clusters, at, if last { at + 1 } else { 0 }, &to_hub);
+        }
+        running = running & change.unsettled(tolerance);
+        if !R::any(running) {
+            break;
         }
     }
 }

@@ -177,6 +177,8 @@ pub struct Trainer {
     rate: f32,
     curve: Vec<Iteration>,
     best: Option<Trained>,
+    /// The best policy was measured by the training that this one resumes.
+    best_from_before: bool,
 }
 
 impl Trainer {
@@ -202,6 +204,7 @@ impl Trainer {
             rate: options.rate,
             curve: Vec::new(),
             best: None,
+            best_from_before: false,
             rows,
             task,
             options,
@@ -247,6 +250,7 @@ impl Trainer {
         trainer.curve = saved.curve;
         trainer.rate = saved.rate;
         trainer.best = saved.best;
+        trainer.best_from_before = true;
         let done = trainer.curve.len() as u64;
         trainer.random = RandomStream::new(trainer.options.seed, 2 + (done << 32));
         trainer.open_pods(done);
@@ -377,10 +381,15 @@ impl Trainer {
             parts: [simulation, playing - simulation, learning],
         };
         if number.is_multiple_of(self.options.evaluate_every.max(1)) {
-            let found = self.measure(number as u64);
-            iteration.evaluation = Some((found.survival(), found.reward));
+            let now = self.measure(&self.learner.actor, &self.normalizer, number as u64);
+            iteration.evaluation = Some(now);
             let score = |e: (f64, f64)| e.0 + 0.5 * e.1;
-            let now = (found.survival(), found.reward);
+            if let Some(mut best) = self.best.take_if(|_| self.best_from_before) {
+                // The character or the skill may have changed in between.
+                best.evaluation = self.measure(&best.actor, &best.normalizer, number as u64);
+                self.best = Some(best);
+            }
+            self.best_from_before = false;
             if self.best.as_ref().is_none_or(|b| score(now) >= score(b.evaluation)) {
                 self.best = Some(Trained { evaluation: now, ..self.present() });
             }
@@ -390,16 +399,16 @@ impl Trainer {
         iteration
     }
 
-    /// The present policy without exploration, on trials of their own.
-    fn measure(&self, number: u64) -> EvaluationReport {
-        let actor = MeanActor(&self.learner.actor, &self.normalizer);
+    /// Survival and reward of a policy without exploration, on trials of their own.
+    fn measure(&self, actor: &Network, normalizer: &Normalizer, number: u64) -> (f64, f64) {
+        let actor = MeanActor(actor, normalizer);
         let seed = self.options.seed ^ (0x6d65_6173 + number);
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
         let mut whole = EvaluationReport::default();
         for row in &self.rows {
             whole.add(&evaluate::<Lanes, _>(row, &actor, each, seed, self.options.threads));
         }
-        whole
+        (whole.survival(), whole.reward)
     }
 }
 
