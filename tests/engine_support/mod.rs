@@ -8,7 +8,7 @@ use bevy::time::TimeUpdateStrategy;
 use bevy_athlete::asset::clip::{MotionClip, Pose};
 use bevy_athlete::control::{Policy, ReconstructedControl};
 use bevy_athlete::engine::*;
-use bevy_athlete::model::{ModelPose, skater};
+use bevy_athlete::model::{KeyPoses, ModelPose, skater};
 use bevy_athlete::skill::{SkillDefinition, TrainedSkill};
 use std::path::Path;
 use std::sync::Arc;
@@ -44,7 +44,12 @@ pub fn run_ticks(app: &mut App, ticks: usize) {
 pub fn shipped_skill(name: &str) -> SkillAsset {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/skills/skating").join(name);
     let definition = SkillDefinition::load(folder.join(format!("{name}.skill.ron"))).unwrap();
-    let clip = MotionClip::load(folder.join(&definition.clip)).unwrap();
+    let motion = folder.join(&definition.motion);
+    let clip = if motion.to_string_lossy().ends_with(".keyposes.ron") {
+        KeyPoses::load(&motion).unwrap().to_clip(&skater()).unwrap()
+    } else {
+        MotionClip::load(&motion).unwrap()
+    };
     let policy = Policy::load(folder.join("policy.onnx")).unwrap();
     let skill = TrainedSkill::new(definition, &clip, policy, &skater()).unwrap();
     SkillAsset { skill: Arc::new(skill), character: "skater".into() }
