@@ -92,8 +92,8 @@ fn nothing_pops_when_levels_change_and_nobody_falls() {
             largest = largest.max((a.position - b.position).length());
         }
         // The speed of the fastest link, from the simulation itself.
-        let body = body_mut(&mut app, athlete).into_inner();
-        let links = body.simulator_mut().kinematics();
+        let mut now = body_mut(&mut app, athlete);
+        let links = now.simulator_mut().kinematics();
         fastest = links.iter().map(|l| l.velocity.linear.lane(0).length()).fold(fastest, f64::max);
         before.clone_from(&app.world().get::<LinkPoses>(athlete).unwrap().interpolated);
         assert_eq!(body(&app, athlete).status(), BodyStatus::Running);

@@ -223,7 +223,7 @@ fn lanes_and_grouping_do_not_show() {
         assert!(a == b, "skater {k} in a lane moves otherwise than alone");
     }
     // Fewer neighbours, other groups.
-    for count in [1, 2, 6, 9] {
+    for count in [1, 2, 6, 10] {
         let fewer = crowd_bytes(count, true);
         // Those who came before the first tick of the last one have lived as long.
         let ticks = |count: usize| count.div_ceil(3);

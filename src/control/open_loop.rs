@@ -206,7 +206,12 @@ impl ControlPlayer {
 
     /// True once the control has been played to its end.
     pub fn is_finished(&self) -> bool {
-        self.step >= (self.reference.ticks.len() as u64 - 1) * self.steps_per_tick
+        self.step >= self.last_step()
+    }
+
+    /// The step that ends the control.
+    fn last_step(&self) -> u64 {
+        (self.reference.ticks.len() as u64 - 1) * self.steps_per_tick
     }
 
     /// Puts the simulator into the control's first pose and starts over.
@@ -233,7 +238,11 @@ impl ControlPlayer {
 
     /// Goes to where a player of the same control was.
     pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
-        self.step = from.whole("step of the control")?;
+        let (step, last) = (from.whole("step of the control")?, self.last_step());
+        if step > last {
+            return Err(StateError::value("step of the control", step, format!("up to {last}")));
+        }
+        self.step = step;
         Ok(())
     }
 

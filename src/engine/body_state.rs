@@ -4,6 +4,7 @@ use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{ContactSettings, SelfCollisionSettings};
 use crate::dynamics::LimitSpring;
 use crate::engine::driver::Driver;
+use crate::engine::step_clock::StepClock;
 use crate::engine::{AthleteBody, AthleteDetail, QuarantineReason};
 use crate::math::{Quat, Vec3};
 use crate::sim::{ExternalForce, SimulationSettings, Simulator};
@@ -48,7 +49,11 @@ impl AthleteBody {
             self.simulator = Simulator::new(self.model().clone(), *self.simulator.settings());
         }
         read_simulator(&mut self.simulator, from)?;
-        self.clock.remainder = from.long("clock")?;
+        let remainder = from.long("clock")?;
+        if remainder > StepClock::MOST {
+            return Err(StateError::value("clock", remainder, format!("up to {}", StepClock::MOST)));
+        }
+        self.clock.remainder = remainder;
         self.watch.read_state(from)?;
         self.quarantine = from.option("quarantine", |from| one_of(&REASONS, "reason of the quarantine", from))?;
         self.detail = one_of(&DETAILS, "level of detail", from)?;

@@ -154,7 +154,7 @@ impl AthleteSnapshot {
         };
         let length = from.below("length", bytes.len())?;
         let state = from.take("state", length)?.into();
-        from.exactly("checksum", found as usize)?;
+        from.whole("checksum")?;
         from.end()?;
         Ok(Self { state, origin: Origin::Bytes(Arc::new(identity)) })
     }

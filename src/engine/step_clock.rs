@@ -13,6 +13,9 @@ impl StepClock {
     /// 1e9 ns/s times 1e6 (rates are counted in millionths of a hertz).
     const STEP: u128 = 1_000_000_000_000_000;
 
+    /// The most that can be left over, in 1e-15 steps: a change of rate multiplies it.
+    pub const MOST: u128 = 1000 * Self::STEP;
+
     fn micro_hertz(rate: f64) -> u128 {
         (rate * 1e6).round().max(0.0) as u128
     }

@@ -259,7 +259,7 @@ impl ProgramPlayer {
     pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
         let count = self.elements.len();
         let now = from.below("element of the program", count)?;
-        let age = from.below("decisions in the element", usize::MAX)?;
+        let age = from.below("decisions in the element", 1 << 31)?;
         self.ended = from.switch("whether the program has ended")?;
         let rate = from.number("rate of the program")?;
         self.news = from.option("news of the program", |from| {
