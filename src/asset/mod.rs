@@ -1,4 +1,5 @@
-//! Files to validated data and back: characters, motion clips, BVH, joint maps, contracts of policies, robustness cards.
+//! Files to validated data and back: characters, motion clips, BVH, joint maps, contracts of policies, robustness cards, state
+//! as bytes.
 
 pub mod bvh;
 mod bvh_parse;
@@ -14,6 +15,7 @@ pub mod joint_map;
 pub mod joint_positions;
 pub mod landmark_layout;
 pub mod policy_contract;
+mod state_bytes;
 pub(crate) mod turn;
 
 pub use character::{
@@ -21,3 +23,4 @@ pub use character::{
     ShapeEntry,
 };
 pub use error::{AssetError, CharacterError};
+pub use state_bytes::{StateError, StateReader, StateWriter};

@@ -127,6 +127,8 @@ pub struct ContactScratch<R: Real> {
     /// Room for every point and grip; the first `count` entries take part. They are large, so they are written over.
     pub(crate) storage: Vec<ContactCandidate<R>>,
     count: usize,
+    /// Lanes that got an answer from the terrain which is no number, since this was last cleared.
+    pub(crate) unanswered: R::Mask,
     /// Links that take part.
     pub groups: Vec<ContactGroup<R>>,
     /// Clusters of those links.
@@ -172,6 +174,7 @@ impl<R: Real> ContactScratch<R> {
             blades: vec![None; model.blades.len()],
             storage: vec![ContactCandidate::blank(); capacity],
             count: 0,
+            unanswered: zero.lt(zero),
             groups: Vec::with_capacity(capacity),
             clusters: Vec::with_capacity(capacity),
             mobility: ContactMobility::new(model),
@@ -205,13 +208,18 @@ pub fn detect_contacts<R: Real>(
 ) -> bool {
     scratch.clear();
     let margin = R::splat(margin);
-    let ContactScratch { order, probes, reach, blades, storage: candidates, count, groups, .. } = scratch;
+    let ContactScratch { order, probes, reach, blades, storage: candidates, count, unanswered, groups, .. } = scratch;
     let far = R::splat(1e9);
+    // Anything beyond this, and NaN, is no answer; of a body that is nowhere none is expected.
+    let absurd = R::splat(1e12);
+    let somewhere = root_position.length_squared().lt(absurd * absurd);
     for (link, radius, range) in reach.iter() {
         let k = &kinematics[*link];
         let origin = root_position + k.origin;
         // The link's ball first: most links are in the air most of the time.
-        let near = (terrain.clearance(origin) - R::splat(*radius)).lt(margin);
+        let clearance = terrain.clearance(origin);
+        *unanswered = *unanswered | (somewhere & !clearance.abs().lt(absurd));
+        let near = (clearance - R::splat(*radius)).lt(margin);
         if !R::any(near) {
             for &p in &order[range.clone()] {
                 probes[p].gap = far;
@@ -222,6 +230,9 @@ pub fn detect_contacts<R: Real>(
             let point = &model.contact_points[p];
             let arm = k.rotation.mul_vec(Vec3::splat(point.position));
             let hit = terrain.query(origin + arm);
+            let size =
+                hit.distance.abs() + hit.friction.abs() + hit.velocity.length_squared() + hit.normal.length_squared();
+            *unanswered = *unanswered | (somewhere & near & !size.lt(absurd));
             let radius = R::splat(point.radius);
             // A lane whose ball is far off stays out, as it would alone, whatever an inexact distance says.
             let gap = R::select(near, hit.distance - radius, far);

@@ -5,6 +5,7 @@
 //! deterministic.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::{Reference, apply_initial_state};
 use crate::math::{Quat, Real, Vec3};
 use crate::model::{CharacterModel, Gains};
@@ -12,6 +13,7 @@ use crate::sim::Simulator;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Offset of one joint's target in one window: a rotation by `2 atan(|o| / 2)` about `o`, child axes. For small values
 /// the rotation vector, rad.
@@ -171,11 +173,11 @@ impl ReconstructedControl {
     }
 }
 
-/// Plays a control on a simulator.
+/// Plays a control on a simulator. Clones share all but the place they are at.
 #[derive(Clone, Debug)]
 pub struct ControlPlayer {
-    reference: Reference,
-    offsets: Vec<Vec<Offset>>,
+    reference: Arc<Reference>,
+    offsets: Arc<[Vec<Offset>]>,
     ticks_per_window: usize,
     steps_per_tick: u64,
     gains: Option<Gains>,
@@ -188,8 +190,8 @@ impl ControlPlayer {
         control.check_for(model)?;
         let clip = control.clip.to_model(model)?;
         Ok(Self {
-            reference: Reference::new(&clip, control.tick_rate, Some(control.seconds)),
-            offsets: control.offsets.clone(),
+            reference: Arc::new(Reference::new(&clip, control.tick_rate, Some(control.seconds))),
+            offsets: control.offsets.clone().into(),
             ticks_per_window: control.ticks_per_window,
             steps_per_tick: (control.rate / control.tick_rate).round() as u64,
             gains: control.gains.map(|(kp, kd)| Gains { kp, kd }),
@@ -204,7 +206,12 @@ impl ControlPlayer {
 
     /// True once the control has been played to its end.
     pub fn is_finished(&self) -> bool {
-        self.step >= (self.reference.ticks.len() as u64 - 1) * self.steps_per_tick
+        self.step >= self.last_step()
+    }
+
+    /// The step that ends the control.
+    fn last_step(&self) -> u64 {
+        (self.reference.ticks.len() as u64 - 1) * self.steps_per_tick
     }
 
     /// Puts the simulator into the control's first pose and starts over.
@@ -219,9 +226,29 @@ impl ControlPlayer {
         }
     }
 
+    /// Whether the next [`ControlPlayer::drive`] sets targets.
+    pub fn commands_now(&self) -> bool {
+        self.step.is_multiple_of(self.steps_per_tick)
+    }
+
+    /// Where it is in the control.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        out.whole(self.step);
+    }
+
+    /// Goes to where a player of the same control was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        let (step, last) = (from.whole("step of the control")?, self.last_step());
+        if step > last {
+            return Err(StateError::value("step of the control", step, format!("up to {last}")));
+        }
+        self.step = step;
+        Ok(())
+    }
+
     /// To be called before each step: sets the targets when a tick begins. Beyond its end the last target is held.
     pub fn drive<R: Real>(&mut self, sim: &mut Simulator<R>) {
-        if self.step.is_multiple_of(self.steps_per_tick) {
+        if self.commands_now() {
             let tick = (self.step / self.steps_per_tick) as usize;
             let window = (tick / self.ticks_per_window).min(self.offsets.len().saturating_sub(1));
             let blend = window_blend(tick - window * self.ticks_per_window, self.ticks_per_window);

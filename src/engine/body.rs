@@ -1,17 +1,19 @@
 //! The simulation of one athlete.
 
-use crate::contact::{BladeEdge, World as Surroundings};
+use crate::contact::BladeEdge;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, ReferenceTick, TrackingError, tracking_error};
+use crate::engine::driver::Driver;
 use crate::engine::performer::Performer;
+use crate::engine::step_clock::StepClock;
 use crate::engine::watch::{Happening, Watch};
-use crate::engine::{AthleteSettings, AthleteTargets, Placement};
+use crate::engine::{AthleteDetail, AthleteSettings, AthleteTargets, Placement, QuarantineReason};
 use crate::math::{Quat, Vec3};
 use crate::model::{CharacterModel, LinkTransform, ModelPose, SharedModel};
-use crate::sim::{SimulationSettings, Simulator, step};
+use crate::sim::{SimulationSettings, Simulator};
 use crate::skill::SkillPlayer;
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::{Component, Transform};
-use std::time::Duration;
+use std::sync::Arc;
 
 /// Whether a body is stepped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -23,35 +25,29 @@ pub enum BodyStatus {
     Quarantined,
 }
 
-/// What tells the joints where to go, as the body keeps it.
-#[derive(Clone, Debug)]
-enum Driver {
-    /// Nobody: the commands stay.
-    Hold,
-    /// A control, in the character's frame and as moved to the placement.
-    Play { control: std::sync::Arc<ReconstructedControl>, player: Box<ControlPlayer>, finished: Option<f64> },
-    /// Trained skills.
-    Perform { performer: Performer, finished: Option<f64> },
-}
-
 /// The simulation of one athlete: scalar f64, unfused, the same bits everywhere.
 ///
 /// Added by the plugin once the athlete's files have arrived.
 #[derive(Component, Clone, Debug)]
 pub struct AthleteBody {
-    simulator: Simulator<f64>,
-    placement: Placement,
-    driver: Driver,
-    clock: StepClock,
-    watch: Watch,
-    status: BodyStatus,
+    pub(super) simulator: Simulator<f64>,
+    pub(super) placement: Placement,
+    pub(super) driver: Driver,
+    /// The driver as it was given, for snapshots.
+    pub(super) given: Arc<Driver>,
+    pub(super) clock: StepClock,
+    pub(super) watch: Watch,
+    pub(super) quarantine: Option<QuarantineReason>,
     /// Set by a reset: nothing is interpolated across it.
-    jumped: bool,
+    pub(super) jumped: bool,
+    pub(super) detail: AthleteDetail,
+    /// Simulated time of the last tick, s.
+    pub(super) last_tick: f64,
     /// A reset was asked for, maybe to another place.
     pub(super) reset_request: Option<Option<Transform>>,
     pub(super) happened: Vec<Happening>,
     /// Name of the skill that was told to have begun.
-    performs: Option<String>,
+    pub(super) performs: Option<String>,
 }
 
 impl AthleteBody {
@@ -63,9 +59,12 @@ impl AthleteBody {
             simulator: Simulator::new(model, settings),
             placement,
             driver: Driver::Hold,
+            given: Arc::new(Driver::Hold),
             clock: StepClock::default(),
-            status: BodyStatus::Running,
+            quarantine: None,
             jumped: true,
+            detail: AthleteDetail::Full,
+            last_tick: 0.0,
             reset_request: None,
             happened: Vec::with_capacity(8),
             performs: None,
@@ -92,7 +91,11 @@ impl AthleteBody {
     }
     /// Whether it is stepped.
     pub fn status(&self) -> BodyStatus {
-        self.status
+        if self.quarantine.is_some() { BodyStatus::Quarantined } else { BodyStatus::Running }
+    }
+    /// Why it is not stepped; `None` while it is.
+    pub fn quarantine_reason(&self) -> Option<QuarantineReason> {
+        self.quarantine
     }
     /// Simulated time since the start of the control, s.
     pub fn time(&self) -> f64 {
@@ -162,18 +165,23 @@ impl AthleteBody {
     }
 
     /// Makes a control drive the body, from its first pose on.
-    pub fn play(&mut self, control: std::sync::Arc<ReconstructedControl>) -> Result<(), ControlError> {
-        let moved = self.placement.move_control(&control);
-        let player = Box::new(ControlPlayer::new(&moved, self.simulator.model())?);
-        self.driver = Driver::Play { control, player, finished: None };
+    pub fn play(&mut self, control: Arc<ReconstructedControl>) -> Result<(), ControlError> {
+        let placed = self.placement;
+        let player = ControlPlayer::new(&placed.move_control(&control), self.simulator.model())?;
+        self.give(Driver::Play { control, player, placed, finished: None });
         self.reset();
         Ok(())
     }
 
     /// Makes trained skills drive the body, from their start on.
     pub(super) fn perform(&mut self, performer: Performer) {
-        self.driver = Driver::Perform { performer, finished: None };
+        self.give(Driver::Perform { performer, finished: None });
         self.reset();
+    }
+
+    fn give(&mut self, driver: Driver) {
+        self.given = Arc::new(driver.clone());
+        self.driver = driver;
     }
 
     /// What performs trained skills, to tell it of wishes.
@@ -186,35 +194,28 @@ impl AthleteBody {
 
     /// Lets go of a control; the joints keep their present targets, standing still.
     pub fn hold(&mut self) {
-        self.driver = Driver::Hold;
+        if !matches!(self.driver, Driver::Hold) {
+            self.give(Driver::Hold);
+        }
         still(&mut self.simulator);
     }
 
     /// Moves the place it starts from; acts at the next reset.
     pub fn set_placement(&mut self, placement: Placement) {
-        if placement == self.placement {
-            return;
-        }
         self.placement = placement;
-        if let Driver::Play { control, player, .. } = &mut self.driver {
-            let moved = placement.move_control(control);
-            // The control fitted this character before it was moved.
-            if let Ok(moved) = ControlPlayer::new(&moved, self.simulator.model()) {
-                **player = moved;
-            }
-        }
+        self.driver.place(&placement, &self.simulator);
     }
 
     /// Back to the first pose of the control, or to rest in the zero pose; lifts a quarantine.
     pub fn reset(&mut self) {
         let model = self.simulator.model().clone();
         let settings = *self.simulator.settings();
-        if self.status == BodyStatus::Quarantined {
+        if self.quarantine.is_some() {
             // Commands and pushes may be what made it go bad.
             self.simulator = Simulator::new(model.clone(), settings);
         }
         match &mut self.driver {
-            Driver::Play { control, player, finished } => {
+            Driver::Play { control, player, finished, .. } => {
                 *finished = None;
                 self.simulator.set_settings(SimulationSettings { rate: control.rate, ..settings });
                 player.restart(&mut self.simulator);
@@ -224,9 +225,12 @@ impl AthleteBody {
                 self.performs = None;
                 self.simulator.set_settings(SimulationSettings { rate: model.step_rate, ..settings });
                 performer.begin(&mut self.simulator, &self.placement);
+                // At the start of a decision every rate that fits can be gone to.
+                performer.set_rate(model.step_rate);
             }
             Driver::Hold => {
-                let mut fresh: Simulator<f64> = Simulator::new(model.clone(), settings);
+                let mut fresh: Simulator<f64> =
+                    Simulator::new(model.clone(), SimulationSettings { rate: model.step_rate, ..settings });
                 let height = DVec3::new(0.0, model.rest_root_height(), 0.0);
                 let joints = vec![DQuat::IDENTITY; model.links.len()];
                 fresh.state.set_pose(0, self.placement.point(height), self.placement.heading, &joints);
@@ -234,7 +238,7 @@ impl AthleteBody {
                 self.simulator = fresh;
             }
         }
-        self.status = BodyStatus::Running;
+        self.quarantine = None;
         self.clock = StepClock::default();
         self.watch.restart();
         self.jumped = true;
@@ -242,7 +246,9 @@ impl AthleteBody {
 
     /// Hands the targets of a user to the servos.
     pub(super) fn take_targets(&mut self, targets: &AthleteTargets) {
-        self.driver = Driver::Hold;
+        if !matches!(self.driver, Driver::Hold) {
+            self.give(Driver::Hold);
+        }
         for (i, command) in self.simulator.commands.iter_mut().enumerate().skip(1) {
             if let Some(rotation) = targets.rotations.get(i) {
                 command.rotation = Quat::splat(rotation.normalize());
@@ -261,56 +267,6 @@ impl AthleteBody {
         }
         let scale = f64::from(settings.friction_scale);
         self.simulator.friction_scale = if scale.is_finite() { scale.max(0.0) } else { 1.0 };
-    }
-
-    /// Runs the whole steps that are due after another `dt`, and notes what happens.
-    pub(super) fn advance(&mut self, dt: Duration, surroundings: &Surroundings, settings: &AthleteSettings) {
-        if self.status == BodyStatus::Quarantined || settings.paused {
-            return;
-        }
-        let due = self.clock.take(dt, self.simulator.settings().rate);
-        for _ in 0..due {
-            match &mut self.driver {
-                Driver::Play { player, finished: None, .. } => player.drive(&mut self.simulator),
-                // A network that fails leaves the joints their targets.
-                Driver::Perform { performer, .. } => {
-                    let _ = performer.drive(&mut self.simulator);
-                }
-                _ => {}
-            }
-            step(&mut self.simulator, surroundings);
-            self.watch.observe(&mut self.simulator, surroundings, &mut self.happened);
-            let time = self.simulator.state.time;
-            if let Driver::Perform { performer, finished } = &mut self.driver {
-                performer.after_step(&self.simulator);
-                if let Some(skill) = performer.take_begun() {
-                    let before = self.performs.replace(skill.clone());
-                    self.happened.extend(before.map(|skill| Happening::SkillEnded { time, skill }));
-                    self.happened.push(Happening::SkillStarted { time, skill });
-                }
-                if finished.is_none() && performer.is_finished() {
-                    *finished = Some(time);
-                    self.happened.extend(self.performs.take().map(|skill| Happening::SkillEnded { time, skill }));
-                    self.happened.push(Happening::Finished { time });
-                }
-            }
-            if let Driver::Play { player, finished, .. } = &mut self.driver
-                && finished.is_none()
-                && player.is_finished()
-            {
-                *finished = Some(time);
-                still(&mut self.simulator);
-                self.happened.push(Happening::Finished { time });
-            }
-        }
-        if !self.simulator.is_sane(0) {
-            self.status = BodyStatus::Quarantined;
-            self.happened.push(Happening::Quarantined { time: self.simulator.state.time });
-        } else if let (Some(wait), Some(since)) = (settings.restart_after, self.since_control_end())
-            && since >= f64::from(wait)
-        {
-            self.reset();
-        }
     }
 
     /// True once after each jump of the state.
@@ -335,7 +291,7 @@ impl AthleteBody {
 }
 
 /// The joints' targets stop moving.
-fn still(simulator: &mut Simulator<f64>) {
+pub(super) fn still(simulator: &mut Simulator<f64>) {
     for command in &mut simulator.commands {
         command.velocity = Vec3::zero();
     }
@@ -354,50 +310,9 @@ fn mix(a: &ReferenceTick, b: &ReferenceTick, s: f64) -> ModelPose {
     }
 }
 
-/// Counts the steps that are due, in integers: nothing is lost, and no frame length matters.
-#[derive(Clone, Copy, Debug, Default)]
-struct StepClock {
-    /// Time not yet stepped, in 1e-15 steps.
-    remainder: u128,
-}
-
-impl StepClock {
-    /// 1e9 ns/s times 1e6 (rates are counted in millionths of a hertz).
-    const STEP: u128 = 1_000_000_000_000_000;
-
-    fn take(&mut self, dt: Duration, rate: f64) -> u32 {
-        self.remainder += dt.as_nanos() * (rate * 1e6).round().max(0.0) as u128;
-        let due = self.remainder / Self::STEP;
-        self.remainder %= Self::STEP;
-        u32::try_from(due).unwrap_or(u32::MAX)
-    }
-
-    fn remainder_seconds(&self, rate: f64) -> f64 {
-        self.remainder as f64 / Self::STEP as f64 / rate
-    }
-}
-
 /// Standing height of the centre of mass above the lowest contact point in the zero pose, m.
 pub(super) fn standing_height(model: &CharacterModel) -> f64 {
     let places = model.rest_positions();
     let moment: f64 = model.links.iter().zip(&places).map(|(l, p)| l.mass * (p.y + l.com.y)).sum();
     model.rest_root_height() + moment / model.mass()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_minute_of_ticks_is_a_minute_of_steps() {
-        let mut clock = StepClock::default();
-        let mut steps = 0;
-        for _ in 0..64 * 60 {
-            let due = clock.take(Duration::from_micros(15_625), 1200.0);
-            assert!(due == 18 || due == 19);
-            steps += due;
-        }
-        assert_eq!(steps, 1200 * 60);
-        assert_eq!(clock.remainder, 0);
-    }
 }

@@ -2,7 +2,7 @@
 //! with `app.add_observer` or `entity.observe`); both arrive in the fixed tick it happened in.
 
 use crate::contact::BladeEdge;
-use crate::engine::AthleteRefusal;
+use crate::engine::{AthleteRefusal, QuarantineReason};
 use bevy::math::DVec3;
 use bevy::prelude::*;
 
@@ -113,14 +113,16 @@ pub struct ControlFinished {
     pub time: f64,
 }
 
-/// The state of an athlete is no longer a number or far outside what the step is made for: it is stopped at its last good
+/// An athlete went bad, or something that it was given is no number: it is stopped at its last good
 /// pose. The others go on. [`AthleteReset`] starts it anew.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
 pub struct AthleteQuarantined {
     /// The athlete.
     pub entity: Entity,
-    /// Simulated time at the end of the tick, s.
+    /// Simulated time at which it was stopped, s.
     pub time: f64,
+    /// Why.
+    pub reason: QuarantineReason,
 }
 
 /// An athlete, a new controller or a new placement was refused.

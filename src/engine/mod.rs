@@ -22,6 +22,7 @@
 //! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`], [`ControlAsset`], [`SkillAsset`] and [`ProgramAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
 //! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
 //! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
+//! | [`AthleteDiagnosticsPlugin`] | `engine` | figures in Bevy's `DiagnosticsStore` |
 //! | [`AthleteRenderPlugin`] | `render` | meshes for the shapes of every link, the ghost of the reference |
 //!
 //! # Time
@@ -30,6 +31,14 @@
 //! are due: 18 or 19 at 64 Hz. What is due is counted in integers: simulated time never drifts from `Time<Fixed>`, and
 //! the same number of ticks gives the same bits, however long the frames were. Between ticks poses are interpolated in
 //! `RunFixedMainLoop`, after the fixed ticks and before `Update`.
+//!
+//! # Snapshots
+//! [`AthleteBody::snapshot`] gives one value that holds everything the body remembers, [`AthleteBody::restore`] puts it back,
+//! and what follows has the same bits. [`AthleteSnapshot::to_bytes`] is for files and networks.
+//!
+//! # When something goes bad
+//! A body whose state, target, policy, ground or force is no number is quarantined: it is no longer stepped, keeps its last
+//! good pose, and [`AthleteQuarantined`] says why. Nobody else is affected.
 //!
 //! # Transforms
 //! The `Transform` at spawn is where the character's own frame lies in the world: the place on the ground it starts from
@@ -46,24 +55,38 @@
 //! | [`AthleteSettings`] | component | switches of one athlete |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
 //! | [`LinkPoses`] | component | where its links are |
+//! | [`AthleteHistory`] | component | its last seconds, for [`AthleteRewind`] |
+//! | [`AthleteLod`], [`AthleteDetail`], [`AthleteViewer`] | component | level of detail by distance |
 //! | [`AthleteWorld`] | resource | what all athletes stand on |
 //! | [`PlaybackSpeed`] | resource | pause and slow motion |
+//! | [`AthleteBudget`], [`AthleteLodReport`] | resource | time for the steps of a frame, and what it allowed |
 //! | [`AthleteReset`] | event, message | back to the start |
+//! | [`AthleteRewind`] | event, message | back by some seconds |
 //! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod assets;
 mod body;
+mod body_state;
+mod body_step;
 mod components;
+mod detail;
+mod diagnostics;
+mod driver;
 mod errors;
 mod events;
+mod history;
+mod lane_steps;
 mod performer;
 mod placement;
 mod playback;
 mod plugin;
 mod poses;
+mod quarantine;
 mod skill_assets;
 mod skill_components;
+mod snapshot;
 mod spawn;
+mod step_clock;
 mod systems;
 mod watch;
 
@@ -81,6 +104,8 @@ mod visuals;
 pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, FileLoader};
 pub use body::{AthleteBody, BodyStatus};
 pub use components::{Athlete, AthleteController, AthleteSettings, AthleteTargets, AthleteWorld};
+pub use detail::{AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteViewer};
+pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused};
 pub use events::{
     AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing,
@@ -90,13 +115,17 @@ pub use events::{
 pub use ghost::AthleteGhost;
 #[cfg(feature = "render")]
 pub use gizmos::AthleteGizmos;
+pub use history::{AthleteHistory, AthleteRewind};
+pub use lane_steps::AthleteLanes;
 #[cfg(feature = "render")]
 pub use look::AthleteLook;
 pub use placement::Placement;
 pub use playback::{AthletePlaybackPlugin, PlaybackSpeed};
 pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
 pub use poses::LinkPoses;
+pub use quarantine::QuarantineReason;
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
+pub use snapshot::{AthleteSnapshot, SnapshotError};
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, LinkVisual};

@@ -1,11 +1,12 @@
 //! Performers: what makes a body perform trained skills.
 
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::engine::Placement;
 use crate::math::Quat;
 use crate::sim::Simulator;
-use crate::skill::{ProgramNews, ProgramPlayer, SkillPlayer, SteeringPlayer, Wish};
+use crate::skill::{ProgramNews, ProgramPlayer, SkillPlayer, SteeringPlayer, TrainedSkill, Wish};
 use bevy::math::DVec3;
 
 /// One skill, a program, or skills by wish.
@@ -77,6 +78,82 @@ impl Performer {
             Self::Program(player) => player.is_finished(),
             Self::Steered { .. } => false,
         }
+    }
+
+    /// Goes on at another rate, see [`SkillPlayer::set_rate`].
+    pub fn set_rate(&mut self, rate: f64) -> bool {
+        match self {
+            Self::Skill { player, .. } => player.set_rate(rate),
+            Self::Program(player) => player.set_rate(rate),
+            Self::Steered { player, .. } => player.set_rate(rate),
+        }
+    }
+
+    /// A name for people; what it is made of is written to `out`.
+    pub fn identity(&self, out: &mut StateWriter) -> String {
+        let mut skill = |skill: &TrainedSkill| {
+            out.text(skill.name());
+            out.text(skill.policy.fingerprint());
+            out.count(skill.motion.last());
+        };
+        match self {
+            Self::Skill { player, .. } => {
+                skill(player.skill());
+                format!("the skill {}", player.skill().name())
+            }
+            Self::Program(player) => {
+                player.skills().for_each(|s| skill(s));
+                for element in player.elements() {
+                    out.number(element.seconds);
+                    out.option(element.speed, StateWriter::number);
+                    out.number(element.steering);
+                }
+                format!("a program of {} elements", player.elements().len())
+            }
+            Self::Steered { player, .. } => {
+                player.skills().for_each(|s| skill(s));
+                format!("steering among {} skills", player.skills().count())
+            }
+        }
+    }
+
+    /// What it remembers.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        match self {
+            Self::Skill { player, speed, steering, begun } => {
+                player.write_state(out);
+                out.option(*speed, StateWriter::number);
+                out.number(*steering);
+                out.switch(*begun);
+            }
+            Self::Program(player) => player.write_state(out),
+            Self::Steered { player, wish } => {
+                player.write_state(out);
+                out.vector(wish.direction);
+                out.number(wish.speed);
+                out.option(wish.perform.as_deref(), StateWriter::text);
+            }
+        }
+    }
+
+    /// Goes to where one like it was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        match self {
+            Self::Skill { player, speed, steering, begun } => {
+                player.read_state(from)?;
+                *speed = from.option("wished speed", |from| from.number("wished speed"))?;
+                *steering = from.number("wished turn")?;
+                *begun = from.switch("whether the skill has begun")?;
+            }
+            Self::Program(player) => player.read_state(from)?,
+            Self::Steered { player, wish } => {
+                player.read_state(from)?;
+                wish.direction = from.vector("wished direction")?;
+                wish.speed = from.number("wished speed")?;
+                wish.perform = from.option("wished skill", |from| from.text("wished skill"))?;
+            }
+        }
+        Ok(())
     }
 
     /// The player of the present skill.

@@ -1,10 +1,14 @@
 //! The plugin group, the system sets and the core plugin.
 
+use crate::engine::detail::choose_detail;
+use crate::engine::diagnostics::StepTally;
+use crate::engine::history;
 use crate::engine::{
-    Athlete, AthleteAssetPlugin, AthleteController, AthleteFell, AthletePlaybackPlugin, AthleteQuarantined,
-    AthleteRefused, AthleteReset, AthleteSettings, AthleteTargets, AthleteWorld, BladeEdgeChanged, ControlFinished,
-    Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
-    spawn, systems,
+    Athlete, AthleteAssetPlugin, AthleteBudget, AthleteController, AthleteDetail, AthleteDiagnosticsPlugin,
+    AthleteFell, AthleteLanes, AthleteLod, AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteRefused,
+    AthleteReset, AthleteRewind, AthleteSettings, AthleteTargets, AthleteViewer, AthleteWorld, BladeEdgeChanged,
+    ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted,
+    Steering, TakeOff, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -33,7 +37,8 @@ impl PluginGroup for AthletePlugins {
         let group = PluginGroupBuilder::start::<Self>()
             .add(AthleteAssetPlugin)
             .add(AthleteSimulationPlugin)
-            .add(AthletePlaybackPlugin);
+            .add(AthletePlaybackPlugin)
+            .add(AthleteDiagnosticsPlugin);
         #[cfg(feature = "render")]
         let group = group.add(crate::engine::AthleteRenderPlugin);
         group
@@ -47,7 +52,15 @@ pub struct AthleteSimulationPlugin;
 impl Plugin for AthleteSimulationPlugin {
     fn build(&self, app: &mut App) {
         use AthleteSystems::{Control, Interpolate, ReadWorld, Step, WriteBack};
+        #[cfg(feature = "render")]
+        type Viewers = Or<(With<AthleteViewer>, With<Camera3d>)>;
+        #[cfg(not(feature = "render"))]
+        type Viewers = With<AthleteViewer>;
         app.init_resource::<AthleteWorld>()
+            .init_resource::<AthleteLanes>()
+            .init_resource::<AthleteBudget>()
+            .init_resource::<AthleteLodReport>()
+            .init_resource::<StepTally>()
             .register_type::<Athlete>()
             .register_type::<AthleteController>()
             .register_type::<AthleteSettings>()
@@ -57,7 +70,14 @@ impl Plugin for AthleteSimulationPlugin {
             .register_type::<Steering>()
             .register_type::<LinkPoses>()
             .register_type::<PlaybackSpeed>()
+            .register_type::<AthleteLanes>()
+            .register_type::<AthleteLod>()
+            .register_type::<AthleteDetail>()
+            .register_type::<AthleteViewer>()
+            .register_type::<AthleteBudget>()
+            .register_type::<AthleteLodReport>()
             .add_message::<AthleteReset>()
+            .add_message::<AthleteRewind>()
             .add_message::<BladeEdgeChanged>()
             .add_message::<TakeOff>()
             .add_message::<Landing>()
@@ -68,6 +88,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<AthleteQuarantined>()
             .add_message::<AthleteRefused>()
             .add_observer(systems::note_reset)
+            .add_observer(history::rewind_now)
             .configure_sets(FixedPostUpdate, (ReadWorld, Control, Step, WriteBack).chain())
             .configure_sets(RunFixedMainLoop, Interpolate.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
             .add_systems(
@@ -79,13 +100,16 @@ impl Plugin for AthleteSimulationPlugin {
                         systems::reset_bodies,
                         systems::read_wishes,
                         systems::read_skill_wishes,
+                        systems::check_transforms,
+                        choose_detail::<Viewers>,
                     )
                         .chain()
                         .in_set(Control),
                     systems::step_bodies.in_set(Step),
-                    (systems::write_poses, systems::tell).chain().in_set(WriteBack),
+                    (systems::write_poses, systems::tell, history::record).chain().in_set(WriteBack),
                 ),
             )
+            .add_systems(RunFixedMainLoop, history::rewind_bodies.in_set(RunFixedMainLoopSystems::BeforeFixedMainLoop))
             .add_systems(RunFixedMainLoop, systems::interpolate_poses.in_set(Interpolate));
     }
 }

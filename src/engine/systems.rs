@@ -1,5 +1,7 @@
 //! The systems of a fixed tick, and interpolation between ticks.
 
+use crate::engine::diagnostics::StepTally;
+use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::performer::Performer;
 use crate::engine::poses::to_transform;
 use crate::engine::spawn::refuse;
@@ -7,9 +9,10 @@ use crate::engine::watch::Happening;
 use crate::engine::{
     AthleteBody, AthleteController, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings,
     AthleteTargets, AthleteWorld, BladeEdgeChanged, BodyStatus, ControlFinished, Landing, LinkPoses, Placement,
-    SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
+    QuarantineReason, SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
 };
 use bevy::ecs::system::SystemParam;
+use bevy::platform::time::Instant;
 use bevy::prelude::*;
 
 /// A reset that was triggered waits for the next fixed tick.
@@ -98,14 +101,40 @@ fn finite_turn(rate: f32) -> f64 {
     if rate.is_finite() { f64::from(rate).clamp(-2.0, 2.0) } else { 0.0 }
 }
 
+/// Stops those whose `Transform` is no number: whoever wrote it, the athlete is not to be trusted.
+pub(super) fn check_transforms(mut athletes: Query<(&mut AthleteBody, &Transform)>) {
+    for (mut body, transform) in &mut athletes {
+        if !transform.is_finite() && body.status() == BodyStatus::Running {
+            body.stop(QuarantineReason::Transform);
+        }
+    }
+}
+
 /// Steps every athlete through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
     time: Res<Time>,
     surroundings: Res<AthleteWorld>,
+    lanes: Res<AthleteLanes>,
+    mut kept: Local<LaneSimulators>,
+    mut tally: ResMut<StepTally>,
     mut athletes: Query<(&mut AthleteBody, &AthleteSettings)>,
 ) {
-    let dt = time.delta();
-    athletes.par_iter_mut().for_each(|(mut body, settings)| body.advance(dt, &surroundings.0, settings));
+    let (begin, dt) = (Instant::now(), time.delta());
+    let due: Vec<Due> = athletes
+        .iter_mut()
+        .filter_map(|(body, settings)| {
+            let body = body.into_inner();
+            let steps = body.begin_tick(dt, settings);
+            (steps > 0).then_some(Due { body, settings, steps })
+        })
+        .collect();
+    tally.bodies = due.len();
+    tally.steps = due.iter().map(|d| u64::from(d.steps)).sum();
+    if !due.is_empty() {
+        step_all(due, lanes.0, &surroundings.0, &mut kept);
+    }
+    tally.quarantined = athletes.iter().filter(|(body, _)| body.status() == BodyStatus::Quarantined).count();
+    tally.milliseconds = begin.elapsed().as_secs_f64() * 1e3;
 }
 
 /// Keeps the poses of this tick and the one before.
@@ -174,9 +203,9 @@ pub(super) fn tell(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 }
                 Happening::Fell { time, link } => both(c, &mut writers.falls, AthleteFell { entity, time, link }),
                 Happening::Finished { time } => both(c, &mut writers.ends, ControlFinished { entity, time }),
-                Happening::Quarantined { time } => {
-                    warn!("athlete {entity} went bad at {time:.4} s and is stopped; AthleteReset starts it anew");
-                    both(c, &mut writers.quarantines, AthleteQuarantined { entity, time });
+                Happening::Quarantined { time, reason } => {
+                    warn!("athlete {entity} is stopped at {time:.4} s: {reason}; AthleteReset starts it anew");
+                    both(c, &mut writers.quarantines, AthleteQuarantined { entity, time, reason });
                 }
             }
         }

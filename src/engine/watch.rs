@@ -1,8 +1,11 @@
 //! Watches a body step by step and notes what is worth an event.
 
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{BladeEdge, Terrain, World as Surroundings};
 use crate::control::tracking::Heading;
+use crate::engine::QuarantineReason;
 use crate::engine::body::standing_height;
+use crate::math::{Quat, Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
 use bevy::math::DVec3;
@@ -26,7 +29,7 @@ pub(super) enum Happening {
     SkillEnded { time: f64, skill: String },
     Fell { time: f64, link: usize },
     Finished { time: f64 },
-    Quarantined { time: f64 },
+    Quarantined { time: f64, reason: QuarantineReason },
 }
 
 /// An edge that was told, and one that may replace it.
@@ -63,9 +66,9 @@ struct FlightWatch {
 }
 
 impl FlightWatch {
-    fn observe(&mut self, sim: &Simulator<f64>, touching: bool) {
-        let heading = Heading::of(sim.state.root_rotation);
-        let height = sim.state.root_position.y;
+    fn observe<R: Real>(&mut self, sim: &Simulator<R>, lane: usize, touching: bool) {
+        let heading = Heading::of(Quat::<f64>::splat(sim.state.root_rotation.lane(lane)));
+        let height = sim.state.root_position.y.lane(lane);
         if touching {
             *self = Self { low: height, high: height, heading: (heading.c, heading.s), turned: 0.0 };
         } else {
@@ -75,6 +78,37 @@ impl FlightWatch {
             self.high = self.high.max(height);
         }
     }
+}
+
+/// What touches the world after a step, in every lane of a simulator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touches<R: Real> {
+    any: R::Mask,
+    trunk: R::Mask,
+}
+
+impl<R: Real> Touches<R> {
+    /// By the impulses of the last step; `watch` is that of a body of the same model.
+    pub fn of(sim: &Simulator<R>, watch: &Watch) -> Self {
+        let none = R::zero().lt(R::zero());
+        let (mut any, mut trunk) = (none, none);
+        for (impulse, on_trunk) in sim.state.contact_impulses.iter().zip(&watch.trunk) {
+            let touches = touches(impulse);
+            any = any | touches;
+            if *on_trunk {
+                trunk = trunk | touches;
+            }
+        }
+        for impulse in &sim.state.grip_impulses {
+            any = any | touches(impulse);
+        }
+        Self { any, trunk }
+    }
+}
+
+/// Where an impulse is not zero.
+fn touches<R: Real>(impulse: &Vec3<R>) -> R::Mask {
+    R::zero().lt(impulse.x.abs().max(impulse.y.abs()).max(impulse.z.abs()))
 }
 
 impl Watch {
@@ -107,11 +141,18 @@ impl Watch {
         self.fallen = false;
     }
 
-    /// Looks at the state after a step.
-    pub fn observe(&mut self, sim: &mut Simulator<f64>, surroundings: &Surroundings, out: &mut Vec<Happening>) {
-        let time = sim.state.time;
+    /// Looks at lane `lane` after a step; `time` is the body's, s.
+    pub fn observe<R: Real>(
+        &mut self,
+        sim: &mut Simulator<R>,
+        lane: usize,
+        time: f64,
+        touches_now: &Touches<R>,
+        surroundings: &Surroundings,
+        out: &mut Vec<Happening>,
+    ) {
         for (blade, watch) in self.edges.iter_mut().enumerate() {
-            let edge = sim.blade_edge(blade, 0);
+            let edge = sim.blade_edge(blade, lane);
             if edge != watch.seen {
                 watch.seen = edge;
                 watch.since = time;
@@ -122,12 +163,9 @@ impl Watch {
             }
         }
 
-        let touches = |impulse: &crate::math::Vec3<f64>| impulse.lane(0) != DVec3::ZERO;
-        let state = &sim.state;
-        let touching = state.contact_impulses.iter().chain(&state.grip_impulses).any(touches);
-        let on_trunk = |(impulse, trunk): (&crate::math::Vec3<f64>, &bool)| *trunk && touches(impulse);
-        let trunk = state.contact_impulses.iter().zip(&self.trunk).position(on_trunk);
-        let velocity = |sim: &mut Simulator<f64>| sim.total_momentum().linear.lane(0) / sim.model().mass();
+        let touching = R::mask_lane(touches_now.any, lane);
+        let on_trunk = R::mask_lane(touches_now.trunk, lane);
+        let velocity = |sim: &mut Simulator<R>| sim.total_momentum().linear.lane(lane) / sim.model().mass();
         if touching {
             if self.airborne {
                 let airtime = time - self.last_contact.unwrap_or(time);
@@ -144,14 +182,16 @@ impl Watch {
             self.airborne = true;
         }
 
-        self.flight.observe(sim, touching);
+        self.flight.observe(sim, lane, touching);
 
         // The height is only asked for where it matters: while the trunk touches, and after a fall.
-        if self.fallen || trunk.is_some() {
-            let com = sim.center_of_mass();
+        if self.fallen || on_trunk {
+            let com = Vec3::<f64>::splat(sim.center_of_mass().lane(lane));
             let height = Terrain::<f64>::query(surroundings, com).distance;
-            if let (Some(point), false) = (trunk, self.fallen) {
-                if height < FALLEN_BELOW * self.height {
+            if on_trunk && !self.fallen {
+                let hit = |(impulse, trunk): (&Vec3<R>, &bool)| *trunk && R::mask_lane(touches(impulse), lane);
+                let point = sim.state.contact_impulses.iter().zip(&self.trunk).position(hit);
+                if let (Some(point), true) = (point, height < FALLEN_BELOW * self.height) {
                     self.fallen = true;
                     out.push(Happening::Fell { time, link: sim.model().contact_points[point].link });
                 }
@@ -160,4 +200,47 @@ impl Watch {
             }
         }
     }
+
+    /// What it remembers; what follows from the model is not part of it.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        out.count(self.edges.len());
+        for edge in &self.edges {
+            out.byte(edge_number(edge.told));
+            out.byte(edge_number(edge.seen));
+            out.number(edge.since);
+        }
+        out.option(self.last_contact, StateWriter::number);
+        out.switch(self.airborne);
+        out.switch(self.fallen);
+        let FlightWatch { low, high, heading, turned } = self.flight;
+        [low, high, heading.0, heading.1, turned].into_iter().for_each(|x| out.number(x));
+    }
+
+    /// Goes to where a watch of the same model was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        from.exactly("number of blades", self.edges.len())?;
+        for edge in &mut self.edges {
+            edge.told = numbered_edge(from)?;
+            edge.seen = numbered_edge(from)?;
+            edge.since = from.number("time of the edge")?;
+        }
+        self.last_contact = from.option("last contact", |from| from.number("last contact"))?;
+        self.airborne = from.switch("whether it is in the air")?;
+        self.fallen = from.switch("whether it has fallen")?;
+        let mut number = || from.number("flight");
+        let (low, high, heading) = (number()?, number()?, (number()?, number()?));
+        self.flight = FlightWatch { low, high, heading, turned: number()? };
+        Ok(())
+    }
+}
+
+const EDGES: [BladeEdge; 4] = [BladeEdge::Off, BladeEdge::Flat, BladeEdge::Inside, BladeEdge::Outside];
+
+fn edge_number(edge: BladeEdge) -> u8 {
+    EDGES.iter().position(|e| *e == edge).unwrap_or(0) as u8
+}
+
+fn numbered_edge(from: &mut StateReader) -> Result<BladeEdge, StateError> {
+    let number = from.byte("edge of a blade")?;
+    EDGES.get(usize::from(number)).copied().ok_or_else(|| StateError::value("edge of a blade", number, "0 to 3"))
 }

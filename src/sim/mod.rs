@@ -1,6 +1,7 @@
 //! A character, or a batch of them, stepping in a world.
 
 mod build_info;
+mod lanes;
 mod simulator;
 mod step;
 mod trace;

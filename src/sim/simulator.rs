@@ -74,7 +74,7 @@ pub struct Simulator<R: Real> {
     pub(crate) kinematics: Vec<LinkKinematics<R>>,
     body: Totals<R>,
     momentum: Momentum<R>,
-    servos: Vec<ServoOutput<R>>,
+    pub(super) servos: Vec<ServoOutput<R>>,
     wrenches: Vec<Force<R>>,
     has_wrenches: bool,
     /// Where the external forces act, relative to the root's origin at the start of the step, m.
@@ -86,7 +86,7 @@ pub struct Simulator<R: Real> {
     accelerations: Vec<Motion<R>>,
     root_acceleration: Motion<R>,
     predicted: Vec<Motion<R>>,
-    joint_accelerations: Vec<Vec3<R>>,
+    pub(super) joint_accelerations: Vec<Vec3<R>>,
 }
 
 impl<R: Real> Simulator<R> {

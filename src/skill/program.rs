@@ -1,5 +1,6 @@
 //! Programs: one skill after the other.
 
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
@@ -128,13 +129,17 @@ pub enum ProgramNews {
     Ended,
 }
 
-/// Performs a program with one body.
+/// Performs a program with one body. Clones share the program.
 #[derive(Clone, Debug)]
 pub struct ProgramPlayer {
-    elements: Vec<ProgramElement>,
+    elements: Arc<[ProgramElement]>,
     /// From each element to the next.
-    transitions: Vec<Transition>,
-    players: Vec<SkillPlayer>,
+    transitions: Arc<[Transition]>,
+    skills: Arc<[Arc<TrainedSkill>]>,
+    /// Steps per second.
+    rate: f64,
+    /// That of the present element.
+    player: SkillPlayer,
     now: usize,
     /// Decisions in the present element.
     age: usize,
@@ -156,25 +161,37 @@ impl ProgramPlayer {
             found,
             valid,
         };
-        let mut players: Vec<SkillPlayer> = Vec::new();
+        let mut performed: Vec<Arc<TrainedSkill>> = Vec::new();
         for (k, element) in program.elements.iter().enumerate() {
             let skill = skills.get(&element.skill).ok_or_else(|| {
                 let known = skills.keys().cloned().collect::<Vec<_>>().join(", ");
                 value(format!("element {}, skill", k + 1), element.skill.clone(), format!("one of {known}"))
             })?;
-            players.push(SkillPlayer::new(skill.clone(), rate).ok_or_else(|| {
+            performed.push(skill.clone());
+        }
+        let mut first = None;
+        for (k, skill) in performed.iter().enumerate().rev() {
+            first = Some(SkillPlayer::new(skill.clone(), rate).ok_or_else(|| {
                 let valid = "a multiple of four times the decisions per second";
                 value(format!("element {}, rate", k + 1), rate.to_string(), valid.into())
             })?);
         }
-        let transitions = players
-            .windows(2)
-            .map(|pair| {
-                let (from, to) = (pair[0].skill(), pair[1].skill());
-                best_transition(&from.motion, &to.motion, to.entry_ticks())
-            })
-            .collect();
-        Ok(Self { elements: program.elements.clone(), transitions, players, now: 0, age: 0, ended: false, news: None })
+        let Some(player) = first else {
+            return Err(value("elements".into(), "none".into(), "at least one".into()));
+        };
+        let passage =
+            |pair: &[Arc<TrainedSkill>]| best_transition(&pair[0].motion, &pair[1].motion, pair[1].entry_ticks());
+        Ok(Self {
+            elements: program.elements.clone().into(),
+            transitions: performed.windows(2).map(passage).collect(),
+            skills: performed.into(),
+            rate,
+            player,
+            now: 0,
+            age: 0,
+            ended: false,
+            news: None,
+        })
     }
 
     /// The passages from each element to the next.
@@ -184,6 +201,10 @@ impl ProgramPlayer {
     /// Index of the present element.
     pub fn element(&self) -> usize {
         self.now
+    }
+    /// The skill of each element.
+    pub fn skills(&self) -> impl Iterator<Item = &Arc<TrainedSkill>> {
+        self.skills.iter()
     }
     /// The elements.
     pub fn elements(&self) -> &[ProgramElement] {
@@ -195,7 +216,7 @@ impl ProgramPlayer {
     }
     /// The player of the present element.
     pub fn player(&self) -> &SkillPlayer {
-        &self.players[self.now]
+        &self.player
     }
     /// What happened since this was last asked.
     pub fn take_news(&mut self) -> Option<ProgramNews> {
@@ -204,14 +225,66 @@ impl ProgramPlayer {
 
     /// Puts the body at the start of the first element.
     pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3) {
-        (self.now, self.age, self.ended) = (0, 0, false);
-        self.players[0].begin(sim, heading, place, self.elements[0].speed);
+        self.enter(0);
+        self.ended = false;
+        self.player.begin(sim, heading, place, self.elements[0].speed);
         self.command();
         self.news = Some(ProgramNews::Began(0));
     }
 
+    /// Goes on at another rate, see [`SkillPlayer::set_rate`].
+    pub fn set_rate(&mut self, rate: f64) -> bool {
+        let fits = self.skills.iter().all(|skill| SkillPlayer::new(skill.clone(), rate).is_some());
+        let changed = fits && self.player.set_rate(rate);
+        if changed {
+            self.rate = rate;
+        }
+        changed
+    }
+
+    /// What it remembers; the program and its skills are not part of it.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        out.count(self.now);
+        out.count(self.age);
+        out.switch(self.ended);
+        out.number(self.rate);
+        out.option(self.news, |out, news| match news {
+            ProgramNews::Began(element) => out.count(element + 1),
+            ProgramNews::Ended => out.count(0),
+        });
+        self.player.write_state(out);
+    }
+
+    /// Goes to where a player of the same program was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        let count = self.elements.len();
+        let now = from.below("element of the program", count)?;
+        let age = from.below("decisions in the element", 1 << 31)?;
+        self.ended = from.switch("whether the program has ended")?;
+        let rate = from.number("rate of the program")?;
+        self.news = from.option("news of the program", |from| {
+            Ok(match from.below("news of the program", count + 1)? {
+                0 => ProgramNews::Ended,
+                begun => ProgramNews::Began(begun - 1),
+            })
+        })?;
+        self.player = SkillPlayer::new(self.skills[now].clone(), rate)
+            .ok_or_else(|| StateError::value("rate of the program", rate, "a rate that fits the skill"))?;
+        (self.now, self.age, self.rate) = (now, age, rate);
+        self.player.read_state(from)
+    }
+
+    /// Makes an element the present one. Its player is made anew where it is another skill's.
+    fn enter(&mut self, element: usize) {
+        (self.now, self.age) = (element, 0);
+        // The rate has fitted every skill before.
+        if let Some(player) = SkillPlayer::new(self.skills[element].clone(), self.rate) {
+            self.player = player;
+        }
+    }
+
     fn command(&mut self) {
-        let (element, player) = (&self.elements[self.now], &mut self.players[self.now]);
+        let (element, player) = (&self.elements[self.now], &mut self.player);
         if let Some(speed) = element.speed {
             player.set_speed(speed);
         }
@@ -220,24 +293,24 @@ impl ProgramPlayer {
 
     /// Sets the servo targets of the coming step. Call it before each step.
     pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
-        if self.players[self.now].at_decision() {
+        if self.player.at_decision() {
             self.go_on(sim);
             self.age += 1;
         }
-        self.players[self.now].drive(sim)
+        self.player.drive(sim)
     }
 
     /// Call it after each step.
     pub fn after_step(&mut self, sim: &Simulator<f64>) {
-        self.players[self.now].after_step(sim);
+        self.player.after_step(sim);
     }
 
     /// Goes on to the next element where the present one is to be left.
     fn go_on(&mut self, sim: &mut Simulator<f64>) {
-        let (element, skill) = (&self.elements[self.now], self.players[self.now].skill());
+        let (element, skill) = (&self.elements[self.now], self.player.skill());
         let enough = match skill.motion.cycle() {
             Some(_) => self.age as f64 >= element.seconds * skill.definition.control_rate,
-            None => self.players[self.now].is_finished(),
+            None => self.player.is_finished(),
         };
         if !enough || self.ended {
             return;
@@ -247,12 +320,11 @@ impl ProgramPlayer {
             self.news = Some(ProgramNews::Ended);
             return;
         };
-        if skill.motion.cycle().is_some() && self.players[self.now].tick() % skill.motion.last() != transition.leave {
+        if skill.motion.cycle().is_some() && self.player.tick() % skill.motion.last() != transition.leave {
             return;
         }
-        self.now += 1;
-        self.age = 0;
-        self.players[self.now].join(sim, transition.enter);
+        self.enter(self.now + 1);
+        self.player.join(sim, transition.enter);
         self.command();
         self.news = Some(ProgramNews::Began(self.now));
     }

@@ -1,5 +1,6 @@
 //! Steering: a wish for a direction and a speed becomes a choice of skills.
 
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::sim::Simulator;
@@ -34,12 +35,13 @@ struct Known {
     curve: f64,
 }
 
-/// Skates where it is told to: straight skills on straight ways, curving skills on curves, others by name.
+/// Skates where it is told to: straight skills on straight ways, curving skills on curves, others by name. Clones share
+/// what they know.
 #[derive(Clone, Debug)]
 pub struct SteeringPlayer {
-    known: Vec<Known>,
+    known: Arc<[Known]>,
     /// `passages[a][b]`: from skill a to skill b.
-    passages: Vec<Vec<Transition>>,
+    passages: Arc<[Vec<Transition>]>,
     player: SkillPlayer,
     rate: f64,
     now: usize,
@@ -58,7 +60,7 @@ impl SteeringPlayer {
         let known: Vec<Known> = skills.into_iter().map(Known::of).collect();
         let passage = |a: &Known, b: &Known| best_transition(&a.skill.motion, &b.skill.motion, b.skill.entry_ticks());
         let passages = known.iter().map(|a| known.iter().map(|b| passage(a, b)).collect()).collect();
-        Some(Self { known, passages, player, rate, now: 0, next: None, begun: Some(0) })
+        Some(Self { known: known.into(), passages, player, rate, now: 0, next: None, begun: Some(0) })
     }
 
     /// The player of the present skill.
@@ -70,6 +72,41 @@ impl SteeringPlayer {
         let k = self.begun.take()?;
         Some(self.known[k].skill.name())
     }
+    /// The skills it may use.
+    pub fn skills(&self) -> impl Iterator<Item = &Arc<TrainedSkill>> {
+        self.known.iter().map(|k| &k.skill)
+    }
+    /// Goes on at another rate, see [`SkillPlayer::set_rate`].
+    pub fn set_rate(&mut self, rate: f64) -> bool {
+        let fits = self.known.iter().all(|k| SkillPlayer::new(k.skill.clone(), rate).is_some());
+        let changed = fits && self.player.set_rate(rate);
+        if changed {
+            self.rate = rate;
+        }
+        changed
+    }
+
+    /// What it remembers; the skills are not part of it.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        out.count(self.now);
+        out.option(self.next, StateWriter::count);
+        out.option(self.begun, StateWriter::count);
+        out.number(self.rate);
+        self.player.write_state(out);
+    }
+    /// Goes to where a player of the same skills was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        let count = self.known.len();
+        let now = from.below("skill that is performed", count)?;
+        self.next = from.option("next skill", |from| from.below("next skill", count))?;
+        self.begun = from.option("skill that has begun", |from| from.below("skill that has begun", count))?;
+        let rate = from.number("rate of the skills")?;
+        self.player = SkillPlayer::new(self.known[now].skill.clone(), rate)
+            .ok_or_else(|| StateError::value("rate of the skills", rate, "a rate that fits the skill"))?;
+        (self.now, self.rate) = (now, rate);
+        self.player.read_state(from)
+    }
+
     /// Puts the body at the start of the first skill.
     pub fn begin(&mut self, sim: &mut Simulator<f64>, heading: Heading<f64>, place: DVec3) {
         let first = self.known[0].skill.clone();

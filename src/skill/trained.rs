@@ -1,6 +1,7 @@
 //! A skill that was learnt, and the player that performs it.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::{Heading, ObservationLayout, TICK_PARTS, TrackedMotion, Tracker};
 use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
@@ -105,26 +106,26 @@ pub struct SkillPlayer {
     seen: Vec<f64>,
     row: Vec<f32>,
     action: Vec<f32>,
+    /// The last action held a number that is none.
+    bad_action: bool,
 }
 
 impl SkillPlayer {
     /// A player at the start of the skill. `rate` is that of the simulation, steps per second; `None` if it is no multiple
     /// of [`TICK_PARTS`] times the decisions per second.
     pub fn new(skill: Arc<TrainedSkill>, rate: f64) -> Option<Self> {
-        let parts = rate / (skill.definition.control_rate * TICK_PARTS as f64);
-        if parts < 1.0 || (parts - parts.round()).abs() > 1e-9 {
-            return None;
-        }
+        let steps_per_part = steps_per_part(&skill, rate)?;
         let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options());
         let inputs = skill.policy.contract().observation_size();
         Some(Self {
             tracker,
             step: 0,
-            steps_per_part: parts.round() as usize,
+            steps_per_part,
             steering: 0.0,
             seen: Vec::with_capacity(inputs),
             row: Vec::with_capacity(inputs),
             action: Vec::new(),
+            bad_action: false,
             skill,
         })
     }
@@ -145,6 +146,45 @@ impl SkillPlayer {
     pub fn at_decision(&self) -> bool {
         self.step == 0
     }
+    /// Whether the next [`SkillPlayer::drive`] sets targets.
+    pub fn commands_now(&self) -> bool {
+        self.step.is_multiple_of(self.steps_per_part)
+    }
+    /// Whether the action of the last decision held a number that is not finite.
+    pub fn bad_action(&self) -> bool {
+        self.bad_action
+    }
+    /// Goes on at another rate of the simulation, steps per second. False, and nothing changes, if the rate does not fit
+    /// the decisions or the present time lies between two of its steps.
+    pub fn set_rate(&mut self, rate: f64) -> bool {
+        let Some(parts) = steps_per_part(&self.skill, rate) else { return false };
+        let scaled = self.step * parts;
+        let fits = scaled.is_multiple_of(self.steps_per_part);
+        if fits {
+            self.step = scaled / self.steps_per_part;
+            self.steps_per_part = parts;
+        }
+        fits
+    }
+
+    /// What it remembers; the skill itself is not part of it.
+    pub fn write_state(&self, out: &mut StateWriter) {
+        self.tracker.write_state(0, out);
+        out.count(self.steps_per_part);
+        out.count(self.step);
+        out.number(self.steering);
+        out.switch(self.bad_action);
+    }
+    /// Goes to where a player of the same skill was.
+    pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
+        self.tracker.read_state(0, from)?;
+        self.steps_per_part = from.below("steps in a part of a decision", 100_000)?.max(1);
+        self.step = from.below("step since the decision", TICK_PARTS * self.steps_per_part)?;
+        self.steering = from.number("steering")?;
+        self.bad_action = from.switch("whether the action was bad")?;
+        Ok(())
+    }
+
     /// Where the reference is, world frame.
     pub fn reference_pose(&self) -> ModelPose {
         self.tracker.reference_pose(0)
@@ -190,7 +230,7 @@ impl SkillPlayer {
         if self.step == 0 {
             self.decide(sim)?;
         }
-        if self.step.is_multiple_of(self.steps_per_part) {
+        if self.commands_now() {
             let part = self.step / self.steps_per_part + 1;
             self.tracker.command(sim, part as f64 / TICK_PARTS as f64);
         }
@@ -216,6 +256,7 @@ impl SkillPlayer {
         self.row.extend(self.seen.iter().map(|v| *v as f32));
         self.skill.policy.act(&self.row, 1, &mut self.action)?;
         let action = &self.action;
+        self.bad_action = !action.iter().all(|v| v.is_finite());
         self.tracker.act(|link| {
             let part = |k: usize| {
                 let value = f64::from(action[3 * (link - 1) + k]);
@@ -225,4 +266,10 @@ impl SkillPlayer {
         });
         Ok(())
     }
+}
+
+/// Steps in a part of a tick at `rate` steps per second; `None` if they are no whole number.
+fn steps_per_part(skill: &TrainedSkill, rate: f64) -> Option<usize> {
+    let parts = rate / (skill.definition.control_rate * TICK_PARTS as f64);
+    (parts >= 1.0 && (parts - parts.round()).abs() <= 1e-9).then(|| parts.round() as usize)
 }

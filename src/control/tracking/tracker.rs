@@ -8,6 +8,7 @@
 //! one. On a leash the anchor follows the character, so that a pushed skater goes on from where it is; without one the
 //! reference keeps its place.
 
+use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::gathered::Gathered;
 use crate::control::tracking::{Heading, TrackedMotion};
 use crate::math::{Quat, Real, Vec3};
@@ -155,6 +156,34 @@ impl<R: Real> Tracker<R> {
             self.from[i].set_lane(lane, *q);
             self.to[i].set_lane(lane, *q);
         }
+    }
+
+    /// Tick, place and targets of a lane; the motion itself is not part of it.
+    pub fn write_state(&self, lane: usize, out: &mut StateWriter) {
+        out.count(self.ticks[lane]);
+        out.number(self.anchor_heading.c.lane(lane));
+        out.number(self.anchor_heading.s.lane(lane));
+        out.vector(self.anchor_place.lane(lane));
+        out.number(self.speed.lane(lane));
+        out.count(self.to.len());
+        for q in self.from.iter().chain(&self.to) {
+            out.rotation(q.lane(lane));
+        }
+    }
+
+    /// Brings a lane to where one of a tracker of the same motion was.
+    pub fn read_state(&mut self, lane: usize, from: &mut StateReader) -> Result<(), StateError> {
+        let tick = from.below("tick of the motion", self.motion.last() + 1)?;
+        self.enter(lane, tick);
+        self.anchor_heading.c.set_lane(lane, from.number("heading of the reference")?);
+        self.anchor_heading.s.set_lane(lane, from.number("heading of the reference")?);
+        self.anchor_place.set_lane(lane, from.vector("place of the reference")?);
+        self.speed.set_lane(lane, from.number("commanded speed")?);
+        from.exactly("number of targets", self.to.len())?;
+        for q in self.from.iter_mut().chain(&mut self.to) {
+            q.set_lane(lane, from.rotation("target")?);
+        }
+        Ok(())
     }
 
     /// Takes lane `lane` over as it moves: the reference goes on from tick `tick`, put where the body is and turned so that

@@ -1,0 +1,131 @@
+//! How many skaters the machine holds: headless, all figures on one thread of the compute pool.
+//!
+//! Nothing to press. Look at the microseconds a skater takes for a tick, alone and in lanes of four, at how many skaters
+//! with their policies that makes in real time, at the cost of a frame with one skater, and at the price of a snapshot.
+//! Least times are those that nothing else on the machine disturbed; medians are what it was like.
+//!
+//! `cargo run --release --no-default-features --features engine --example crowd_capacity -- [SKATERS]`
+
+use bevy::diagnostic::DiagnosticsStore;
+use bevy::prelude::*;
+use bevy::tasks::{ComputeTaskPool, TaskPoolBuilder};
+use bevy::time::TimeUpdateStrategy;
+use bevy_athlete::engine::*;
+use std::time::{Duration, Instant};
+
+/// Ticks in a block; blocks with and without lanes take turns.
+const BLOCK: usize = 32;
+const BLOCKS: usize = 8;
+
+fn main() {
+    let count: usize = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(64);
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(1).build());
+    crowd(count);
+    one_skater();
+}
+
+/// An app with the shipped skills, whose frames last `frame`, as do its fixed ticks.
+fn app(frame: Duration) -> (App, Handle<CharacterAsset>, Vec<Handle<SkillAsset>>) {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
+    app.insert_resource(Time::<Fixed>::from_duration(frame));
+    app.finish();
+    app.cleanup();
+    let server = app.world().resource::<AssetServer>().clone();
+    let character = server.load("characters/skater.character.ron");
+    let skill = |name: &str| server.load::<SkillAsset>(format!("skills/skating/{name}/{name}.skill.ron"));
+    let skills = ["stroking", "forward_crossover", "backward_crossover"].map(skill).to_vec();
+    while !skills.iter().all(|s| server.is_loaded_with_dependencies(s)) {
+        app.update();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    (app, character, skills)
+}
+
+fn crowd(count: usize) {
+    let tick = Duration::from_micros(15_625);
+    let (mut app, character, skills) = app(tick);
+    for k in 0..count {
+        let place = Transform::from_xyz((k % 32) as f32 * 20.0, 0.0, (k / 32) as f32 * 20.0);
+        let skill = SkillController::new(skills[k % skills.len()].clone());
+        app.world_mut().spawn((Athlete(character.clone()), place, skill));
+        // They come one after the other, so that they do not move in step.
+        if k % 4 == 0 {
+            app.update();
+        }
+    }
+    (0..64).for_each(|_| app.update());
+    let mut times = [Vec::new(), Vec::new()];
+    for block in 0..2 * BLOCKS {
+        let lanes = block % 2 == 1;
+        app.insert_resource(AthleteLanes(lanes));
+        for _ in 0..BLOCK {
+            app.update();
+            let store = app.world().resource::<DiagnosticsStore>();
+            let measured = store.get_measurement(&AthleteDiagnosticsPlugin::STEP_TIME);
+            times[usize::from(lanes)].push(measured.map_or(f64::NAN, |m| m.value * 1e3));
+        }
+    }
+    println!("{count} skaters with their policies, 1200 steps per second, 64 ticks per second, one thread:");
+    for (name, times) in [("each alone", &mut times[0]), ("in lanes of four", &mut times[1])] {
+        let (least, median) = least_and_median(times);
+        let per = |time: f64| time / count as f64;
+        let held = |time: f64| 15_625.0 / per(time);
+        println!(
+            "  {name:16}  {:6.1} us a skater and tick ({:.1} median): {:.0} skaters in real time ({:.0})",
+            per(least),
+            per(median),
+            held(least),
+            held(median)
+        );
+    }
+    let mut bodies = app.world_mut().query::<&mut AthleteBody>();
+    let stopped = bodies.iter(app.world()).filter(|b| b.status() == BodyStatus::Quarantined).count();
+    assert_eq!(stopped, 0, "skaters went bad");
+    let mut body = bodies.iter_mut(app.world_mut()).next().expect("a skater");
+    snapshots(&mut body);
+}
+
+fn snapshots(body: &mut AthleteBody) {
+    let snapshot = body.snapshot();
+    let bytes = snapshot.to_bytes();
+    println!("snapshot of a skater: {} bytes in memory, {} as a file", snapshot.size(), bytes.len());
+    timed("take", || drop(std::hint::black_box(body.snapshot())));
+    timed("restore", || body.restore(&snapshot).expect("its own snapshot"));
+    timed("to bytes", || drop(std::hint::black_box(snapshot.to_bytes())));
+    timed("from bytes", || drop(std::hint::black_box(AthleteSnapshot::from_bytes(&bytes))));
+}
+
+fn timed(name: &str, mut action: impl FnMut()) {
+    let mut times: Vec<f64> = (0..200)
+        .map(|_| {
+            let begin = Instant::now();
+            (0..10).for_each(|_| action());
+            begin.elapsed().as_secs_f64() * 1e5
+        })
+        .collect();
+    let (least, median) = least_and_median(&mut times);
+    println!("  {name:10} {least:6.2} us ({median:.2} median)");
+}
+
+fn one_skater() {
+    let (mut app, character, skills) = app(Duration::from_nanos(1_000_000_000 / 60));
+    let skill = SkillController::new(skills[0].clone());
+    app.world_mut().spawn((Athlete(character), skill));
+    (0..60).for_each(|_| app.update());
+    let mut frames: Vec<f64> = (0..600)
+        .map(|_| {
+            let begin = Instant::now();
+            app.update();
+            begin.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    let (least, median) = least_and_median(&mut frames);
+    println!("one skater at 60 frames per second, the whole headless frame: {least:.3} ms ({median:.3} median)");
+}
+
+fn least_and_median(times: &mut [f64]) -> (f64, f64) {
+    times.sort_by(f64::total_cmp);
+    (times[0], times[times.len() / 2])
+}

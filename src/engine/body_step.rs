@@ -1,0 +1,154 @@
+//! A body through a fixed tick: the checks before it, the sequence around each step, the checks after it.
+//!
+//! The step itself is either that of the body's own simulator or that of a common one in whose lane the body is
+//! (`lane_steps.rs`). Both ways call the same functions in the same order.
+
+use crate::contact::World as Surroundings;
+use crate::engine::body::still;
+use crate::engine::driver::Driver;
+use crate::engine::quarantine::bad_input;
+use crate::engine::watch::{Happening, Touches};
+use crate::engine::{AthleteBody, AthleteDetail, AthleteSettings, QuarantineReason};
+use crate::math::Real;
+use crate::sim::{Simulator, step};
+use std::time::Duration;
+
+impl AthleteBody {
+    /// Stops the body for a reason; told once.
+    pub(super) fn stop(&mut self, reason: QuarantineReason) {
+        if self.quarantine.is_none() {
+            self.quarantine = Some(reason);
+            self.happened.push(Happening::Quarantined { time: self.simulator.state.time, reason });
+        }
+    }
+
+    /// The number of whole steps that are due after another `dt`; none for a body that is stopped, paused or frozen.
+    pub(super) fn begin_tick(&mut self, dt: Duration, settings: &AthleteSettings) -> u32 {
+        self.last_tick = 0.0;
+        if self.quarantine.is_some() || settings.paused || self.detail == AthleteDetail::Frozen {
+            return 0;
+        }
+        if let Some(reason) = bad_input(&self.simulator) {
+            self.stop(reason);
+            return 0;
+        }
+        self.follow_detail();
+        self.simulator.forget_terrain_failures();
+        let rate = self.simulator.settings().rate;
+        let due = self.clock.take(dt, rate);
+        self.last_tick = f64::from(due) / rate;
+        due
+    }
+
+    /// Goes on at the rate of its level of detail, as soon as that can be done without a seam.
+    fn follow_detail(&mut self) {
+        if matches!(self.driver, Driver::Play { .. }) {
+            return;
+        }
+        let part = if self.detail == AthleteDetail::Reduced { AthleteDetail::REDUCED_RATE } else { 1.0 };
+        let (now, wanted) = (self.simulator.settings().rate, self.model().step_rate * part);
+        if now != wanted && self.driver.set_rate(wanted) {
+            self.simulator.change_rate(wanted);
+            self.clock.change_rate(now, wanted);
+        }
+    }
+
+    /// Sets the targets of the coming step; true if any changed. The simulator has to be up to date where a decision
+    /// is due.
+    pub(super) fn drive(&mut self) -> bool {
+        if self.quarantine.is_some() {
+            return false;
+        }
+        let decides = self.driver.at_decision();
+        if decides && !self.simulator.is_sane(0) {
+            self.stop(self.what_went_wrong());
+            return false;
+        }
+        match self.driver.drive(&mut self.simulator) {
+            Ok(commands) if !(decides && self.driver.bad_action()) => commands,
+            _ => {
+                self.stop(QuarantineReason::Policy);
+                false
+            }
+        }
+    }
+
+    /// Looks at the step that lane `lane` of `sim` has done for this body.
+    pub(super) fn watch_step<R: Real>(
+        &mut self,
+        sim: &mut Simulator<R>,
+        lane: usize,
+        touches: &Touches<R>,
+        surroundings: &Surroundings,
+    ) {
+        self.simulator.state.time += self.simulator.step_seconds();
+        let time = self.simulator.state.time;
+        self.watch.observe(sim, lane, time, touches, surroundings, &mut self.happened);
+    }
+
+    /// Whether the driver looks at the state after this step.
+    pub(super) fn looks_at_state(&self) -> bool {
+        self.driver.at_decision()
+    }
+
+    /// Lets the driver move on after a step; true if it changed targets.
+    pub(super) fn after_step(&mut self) -> bool {
+        let time = self.simulator.state.time;
+        match &mut self.driver {
+            Driver::Perform { performer, finished } => {
+                performer.after_step(&self.simulator);
+                if let Some(skill) = performer.take_begun() {
+                    let before = self.performs.replace(skill.clone());
+                    self.happened.extend(before.map(|skill| Happening::SkillEnded { time, skill }));
+                    self.happened.push(Happening::SkillStarted { time, skill });
+                }
+                if finished.is_none() && performer.is_finished() {
+                    *finished = Some(time);
+                    self.happened.extend(self.performs.take().map(|skill| Happening::SkillEnded { time, skill }));
+                    self.happened.push(Happening::Finished { time });
+                }
+                false
+            }
+            Driver::Play { player, finished, .. } if finished.is_none() && player.is_finished() => {
+                *finished = Some(time);
+                still(&mut self.simulator);
+                self.happened.push(Happening::Finished { time });
+                true
+            }
+            Driver::Hold | Driver::Play { .. } => false,
+        }
+    }
+
+    /// Runs the steps of a tick with the body's own simulator.
+    pub(super) fn step_alone(&mut self, due: u32, surroundings: &Surroundings) {
+        for _ in 0..due {
+            self.drive();
+            if self.quarantine.is_some() {
+                return;
+            }
+            step(&mut self.simulator, surroundings);
+            let touches = Touches::of(&self.simulator, &self.watch);
+            let time = self.simulator.state.time;
+            self.watch.observe(&mut self.simulator, 0, time, &touches, surroundings, &mut self.happened);
+            self.after_step();
+        }
+    }
+
+    /// After the steps of a tick: whether it is still sound, and whether it starts over.
+    pub(super) fn end_tick(&mut self, settings: &AthleteSettings) {
+        if self.quarantine.is_some() {
+            return;
+        }
+        if self.simulator.terrain_failed(0) || !self.simulator.is_sane(0) {
+            self.stop(self.what_went_wrong());
+        } else if let (Some(wait), Some(since)) = (settings.restart_after, self.since_control_end())
+            && since >= f64::from(wait)
+        {
+            self.reset();
+        }
+    }
+
+    fn what_went_wrong(&self) -> QuarantineReason {
+        if self.simulator.terrain_failed(0) { QuarantineReason::Terrain } else { QuarantineReason::Unstable }
+    }
+}
