@@ -47,10 +47,11 @@ program=$folder/$target/${profile/dev/debug}/bevy_athlete.wasm
 "$tools/bin/wasm-bindgen" --target web --no-typescript --out-dir $dist --out-name demo "$program"
 
 if [[ -z $quick ]]; then
-    wasm_opt=$folder/tools/node/node_modules/.bin/wasm-opt
+    shrinker=$folder/tools/binaryen-$binaryen
+    wasm_opt=$shrinker/node_modules/.bin/wasm-opt
     if [[ ! -x $wasm_opt ]]; then
         stage "wasm-opt"
-        npm install --silent --no-save --prefix "$folder/tools/node" binaryen@$binaryen
+        npm install --silent --no-save --prefix "$shrinker" binaryen@$binaryen
     fi
     stage "shrinking"
     "$wasm_opt" -Os --strip-debug --strip-producers $dist/demo_bg.wasm -o $dist/demo_bg.wasm
