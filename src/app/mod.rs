@@ -2,7 +2,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `options` | the command line |
+//! | `options` | the command line, the query of a page |
 //! | `scene` | what is simulated, the same in the window and without one |
 //! | `headless` | the scene without Bevy: summary table and storyboard |
 //! | `window` | the Bevy app: plugins, quality, the skater, keys |
@@ -13,8 +13,15 @@
 //! | `tracks` | the lines that the blades leave |
 //! | `camera` | the orbit camera |
 //! | `panel` | the panel: a function of `&mut egui::Ui` |
+//! | `buttons` | pause, slow motion and a new start as buttons |
+//! | `touch` | fingers as a mouse |
+//! | `crowd` | more skaters, each with its policy |
+//! | `web` | wasm32: the demo in a page, and what it tells the page |
 
+mod buttons;
 mod camera;
+mod crowd;
+#[cfg(not(target_arch = "wasm32"))]
 mod headless;
 mod options;
 mod panel;
@@ -23,20 +30,29 @@ mod rink;
 mod scene;
 mod scenery;
 mod screenshot;
+mod touch;
 mod tracks;
+#[cfg(target_arch = "wasm32")]
+mod web;
 mod window;
 
+pub use buttons::buttons;
 pub use camera::OrbitCamera;
+#[cfg(not(target_arch = "wasm32"))]
 pub use headless::{HeadlessError, Summary, run_headless, simulate};
-pub use options::DemoOptions;
+pub use options::{DemoOptions, QueryError};
 pub use panel::{PanelView, panel};
 pub use scene::{DemoScene, SceneError};
+#[cfg(target_arch = "wasm32")]
+pub use web::run_in_page;
 pub use window::run_window;
 
+#[cfg(not(target_arch = "wasm32"))]
 use std::process::ExitCode;
 
 /// Runs the demo as the command line asks for: in a window, to a picture, or headless. Without a display it says so and
 /// runs headless.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn run(options: &DemoOptions) -> ExitCode {
     let scene = match DemoScene::load(options.control.as_deref()) {
         Ok(scene) => scene,

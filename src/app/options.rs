@@ -1,4 +1,4 @@
-//! The command line of the demo.
+//! The options of the demo: its command line, and the same as the query of a page's address.
 
 use clap::Parser;
 use std::path::PathBuf;
@@ -43,4 +43,74 @@ pub struct DemoOptions {
     /// Camera distance at the start, m.
     #[arg(long, default_value_t = 4.6, value_name = "METRES")]
     pub distance: f32,
+    /// This many more skaters, each stroking by its policy.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub crowd: u32,
+}
+
+/// Why the query of an address holds no options.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// What the command line would say to the same options.
+    #[error(transparent)]
+    Option(#[from] clap::Error),
+    /// A page has no disk, and always a window.
+    #[error("`{name}` is for the program on your machine, not for the page")]
+    NotInPage {
+        /// The option.
+        name: &'static str,
+    },
+}
+
+impl DemoOptions {
+    /// The options of a page: names and values of its query, `?low&azimuth=30` as `--low --azimuth=30`.
+    ///
+    /// # Errors
+    /// For names and values that the command line would refuse, and for options that need files or do without a window.
+    pub fn from_query<N: AsRef<str>, V: AsRef<str>>(
+        pairs: impl IntoIterator<Item = (N, V)>,
+    ) -> Result<Self, QueryError> {
+        let word = |(name, value): (N, V)| match (name.as_ref(), value.as_ref()) {
+            (name, "") => format!("--{name}"),
+            (name, value) => format!("--{name}={value}"),
+        };
+        let options = Self::try_parse_from(std::iter::once("page".to_owned()).chain(pairs.into_iter().map(word)))?;
+        let absent = [
+            ("headless", options.headless),
+            ("screenshot", options.screenshot.is_some()),
+            ("control", options.control.is_some()),
+        ];
+        match absent.into_iter().find(|(_, asked)| *asked) {
+            Some((name, _)) => Err(QueryError::NotInPage { name }),
+            None => Ok(options),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_query_says_what_the_command_line_says() {
+        let page = DemoOptions::from_query([("low", ""), ("azimuth", "-30"), ("crowd", "7")]).unwrap();
+        let line = DemoOptions::parse_from(["demo", "--low", "--azimuth", "-30", "--crowd", "7"]);
+        assert_eq!(format!("{page:?}"), format!("{line:?}"));
+        let none: [(&str, &str); 0] = [];
+        let (page, line) = (DemoOptions::from_query(none).unwrap(), DemoOptions::parse_from(["demo"]));
+        assert_eq!(format!("{page:?}"), format!("{line:?}"));
+    }
+
+    #[test]
+    fn a_query_that_makes_no_sense_is_refused_by_name() {
+        for (name, value) in [("lwo", ""), ("azimuth", "north"), ("width", "3"), ("low", "7")] {
+            let refused = DemoOptions::from_query([(name, value)]).unwrap_err();
+            assert!(refused.to_string().contains(name), "{refused}");
+        }
+        for (name, value) in [("headless", ""), ("screenshot", "a.png"), ("control", "a.ron")] {
+            let refused = DemoOptions::from_query([(name, value)]).unwrap_err();
+            assert!(matches!(refused, QueryError::NotInPage { name: found } if found == name), "{refused}");
+        }
+    }
 }

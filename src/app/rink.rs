@@ -116,7 +116,8 @@ pub(super) fn spawn_rink(
         CascadeShadowConfigBuilder { num_cascades: 1, maximum_distance: 14.0, ..default() }
     } else {
         CascadeShadowConfigBuilder {
-            num_cascades: 2,
+            // WebGL2 has room for one.
+            num_cascades: if cfg!(target_arch = "wasm32") { 1 } else { 2 },
             first_cascade_far_bound: 9.0,
             maximum_distance: 45.0,
             ..default()

@@ -1,11 +1,14 @@
 //! The Bevy app: plugins, quality, the skater, keys.
 
+use crate::app::buttons::show_buttons;
 use crate::app::camera::{OrbitCamera, follow, orbit};
+use crate::app::crowd::spawn_crowd;
 use crate::app::panel::{ShowPanel, show_panel};
 use crate::app::reflection::{make_images, place_images};
 use crate::app::rink::{RinkPlan, spawn_rink};
 use crate::app::scenery::{HAZE, spawn_scenery};
 use crate::app::screenshot::{Shot, image_target, take};
+use crate::app::touch::TouchPlugin;
 use crate::app::tracks::{Tracks, draw_tracks, leave_tracks};
 use crate::app::{DemoOptions, DemoScene, has_display};
 use crate::engine::{
@@ -13,6 +16,7 @@ use crate::engine::{
     CharacterAsset, ControlAsset, PlaybackSpeed,
 };
 use bevy::app::ScheduleRunnerPlugin;
+use bevy::asset::AssetMetaCheck;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::log::LogPlugin;
@@ -29,7 +33,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 /// Simulated seconds per real second in slow motion.
-const SLOW: f32 = 0.2;
+pub(super) const SLOW: f32 = 0.2;
 
 /// What the set-up needs of the command line and the scene.
 #[derive(Resource)]
@@ -47,6 +51,10 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
         title: "Skater, simulated".into(),
         resolution: WindowResolution::new(options.width, options.height),
         present_mode: PresentMode::AutoVsync,
+        // A page has the canvas ready and gives it its size.
+        canvas: Some("#demo".into()),
+        fit_canvas_to_parent: true,
+        prevent_default_event_handling: false,
         ..default()
     };
     let plugins = DefaultPlugins
@@ -55,19 +63,25 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
             exit_condition: if offscreen { ExitCondition::DontExit } else { ExitCondition::OnPrimaryClosed },
             ..default()
         })
+        // No file of the crate has a `.meta` beside it; asking for one is an error in a browser's console.
+        .set(AssetPlugin { meta_check: AssetMetaCheck::Never, ..default() })
         .set(RenderPlugin { synchronous_pipeline_compilation: options.screenshot.is_some(), ..default() })
         .set(LogPlugin { filter: "warn,wgpu=error,naga=error,bevy_athlete=info".into(), ..default() });
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
-        app.add_plugins((plugins, EguiPlugin::default())).add_systems(EguiPrimaryContextPass, show_panel).add_systems(
-            Update,
-            (
-                keys.run_if(not(egui_wants_any_keyboard_input)),
-                orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
-            ),
-        );
+        app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin))
+            .add_systems(EguiPrimaryContextPass, (show_panel, show_buttons))
+            .add_systems(
+                Update,
+                (
+                    keys.run_if(not(egui_wants_any_keyboard_input)),
+                    orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
+                ),
+            );
     }
+    #[cfg(target_arch = "wasm32")]
+    app.add_plugins(crate::app::web::PagePlugin);
     app.add_plugins(AthletePlugins)
         .insert_resource(AthleteWorld(scene.world.clone()))
         .insert_resource(ClearColor(HAZE))
@@ -112,6 +126,7 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
 fn setup(
     mut commands: Commands,
     stage: Res<Stage>,
+    assets: Res<AssetServer>,
     mut shot: Option<ResMut<Shot>>,
     mut characters: ResMut<Assets<CharacterAsset>>,
     mut controls: ResMut<Assets<ControlAsset>>,
@@ -121,14 +136,16 @@ fn setup(
     mut gizmos: ResMut<GizmoConfigStore>,
 ) {
     let Stage { scene, options, offscreen } = &*stage;
+    let skater = characters.add(CharacterAsset { model: scene.model.clone() });
     commands.spawn((
-        Athlete(characters.add(CharacterAsset { model: scene.model.clone() })),
+        Athlete(skater.clone()),
         AthleteController::Play(controls.add(ControlAsset { control: scene.control.clone() })),
         AthleteSettings { restart_after: Some(1.0), ..default() },
         AthleteGhost::default(),
     ));
 
     let middle = scene.middle().as_vec3();
+    spawn_crowd(&mut commands, &assets, &skater, middle, options.crowd);
     spawn_rink(&mut commands, &mut meshes, &mut materials, RinkPlan { middle, low: options.low });
     spawn_scenery(&mut commands, &mut meshes, &mut materials, middle);
     gizmos.config_mut::<DefaultGizmoConfigGroup>().0.line.width = 2.0;

@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Builds the demo for the web into web/dist, a folder that any static server can host: bash web/build.sh [--quick]
+# --quick: the dev profile, neither shrunk nor compressed, for the browser test.
+# Needs Rust (rustup), a C compiler and Node; the other tools go into target/.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+quick=
+case "${1:-}" in
+    "") ;;
+    --quick) quick=1 ;;
+    *) echo "unknown option $1; valid: --quick" >&2; exit 2 ;;
+esac
+
+binaryen=132.0.0
+target=wasm32-unknown-unknown
+folder=${CARGO_TARGET_DIR:-target}
+dist=web/dist
+profile=web
+[[ -z $quick ]] || profile=dev
+
+stage() { printf '\n-- %s (%s s)\n' "$1" "$SECONDS"; }
+
+if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
+    stage "the Rust target $target"
+    rustup target add $target
+fi
+
+# The JavaScript side and the wasm side of wasm-bindgen have to be of one version.
+bindgen=$(sed -n '/^name = "wasm-bindgen"$/{n;s/^version = "\(.*\)"$/\1/p}' Cargo.lock)
+tools=$folder/tools/wasm-bindgen-$bindgen
+if [[ ! -x $tools/bin/wasm-bindgen ]]; then
+    stage "wasm-bindgen $bindgen"
+    # Where a crate of its lock file is not to be had, one that fits takes its place.
+    cargo install --quiet --locked --root "$tools" --version "=$bindgen" wasm-bindgen-cli ||
+        cargo install --quiet --root "$tools" --version "=$bindgen" wasm-bindgen-cli
+fi
+
+stage "the program, profile $profile"
+# RUSTFLAGS would replace what .cargo/config.toml asks for: simd128.
+env -u RUSTFLAGS cargo build --locked --profile $profile --target $target --no-default-features --features app --bin bevy_athlete
+
+stage "its JavaScript"
+rm -rf $dist
+mkdir -p $dist
+program=$folder/$target/${profile/dev/debug}/bevy_athlete.wasm
+"$tools/bin/wasm-bindgen" --target web --no-typescript --out-dir $dist --out-name demo "$program"
+
+if [[ -z $quick ]]; then
+    shrinker=$folder/tools/binaryen-$binaryen
+    wasm_opt=$shrinker/node_modules/.bin/wasm-opt
+    if [[ ! -x $wasm_opt ]]; then
+        stage "wasm-opt"
+        npm install --silent --no-save --prefix "$shrinker" binaryen@$binaryen
+    fi
+    stage "shrinking"
+    "$wasm_opt" -Os --strip-debug --strip-producers $dist/demo_bg.wasm -o $dist/demo_bg.wasm
+fi
+
+stage "the page and its assets"
+cp web/index.html $dist/
+bytes=$(wc -c <$dist/demo_bg.wasm)
+sed "s/^const WASM_BYTES = 0;$/const WASM_BYTES = ${bytes// /};/" web/load.js >$dist/load.js
+grep -q "^const WASM_BYTES = ${bytes// /};$" $dist/load.js
+mkdir $dist/assets
+cp -r assets/characters assets/skills $dist/assets/
+
+if [[ -z $quick ]]; then
+    stage "compressing"
+    node web/pack.mjs $dist 7
+fi
+stage "done: node web/serve.mjs shows it"

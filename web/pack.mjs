@@ -1,0 +1,34 @@
+// Compresses the files of a folder and prints what a visitor fetches: node web/pack.mjs FOLDER [MOST]
+// Beside each file goes a .br and a .gz copy where that is smaller. MOST: megabytes (1e6 bytes) that all files may take as
+// brotli; more is a failure.
+import { readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join, relative } from "node:path";
+import { brotliCompressSync, constants, gzipSync } from "node:zlib";
+
+const [folder, most] = process.argv.slice(2);
+const files = readdirSync(folder, { recursive: true, withFileTypes: true })
+    .filter((entry) => entry.isFile() && !/\.(br|gz)$/.test(entry.name))
+    .map((entry) => join(entry.parentPath ?? entry.path, entry.name))
+    .sort();
+
+const total = [0, 0, 0];
+const row = (name, sizes) => console.log([...sizes.map((n) => String(n).padStart(10)), ` ${name}`].join(""));
+row("file", ["raw", "gzip", "brotli"]);
+for (const file of files) {
+    const raw = readFileSync(file);
+    const gzip = gzipSync(raw, { level: 9 });
+    const brotli = brotliCompressSync(raw, { params: { [constants.BROTLI_PARAM_SIZE_HINT]: raw.length } });
+    const sizes = [raw.length];
+    for (const [copy, ending] of [[gzip, ".gz"], [brotli, ".br"]]) {
+        const smaller = copy.length < raw.length;
+        if (smaller) writeFileSync(file + ending, copy);
+        sizes.push(smaller ? copy.length : raw.length);
+    }
+    sizes.forEach((bytes, k) => (total[k] += bytes));
+    row(relative(folder, file), sizes);
+}
+row("total", total);
+if (most && total[2] > Number(most) * 1e6) {
+    console.error(`more than ${most} MB of brotli`);
+    process.exitCode = 1;
+}
