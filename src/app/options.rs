@@ -1,5 +1,6 @@
 //! The command line of the demo.
 
+use crate::ui::Panel;
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -37,10 +38,17 @@ pub struct DemoOptions {
     /// Perform this control instead of the demo's own.
     #[arg(long, value_name = "FILE")]
     pub control: Option<PathBuf>,
+    /// Panels that are open at the start: inspector, plots, push, plate, editor, monitor.
+    #[arg(long, value_name = "PANELS", value_delimiter = ',', value_parser = panel)]
+    pub panels: Vec<Panel>,
     /// Camera azimuth at the start, degrees: 0 looks at the skater from behind, 180 from the front.
     #[arg(long, default_value_t = 145.0, allow_negative_numbers = true, value_name = "DEGREES")]
     pub azimuth: f32,
     /// Camera distance at the start, m.
     #[arg(long, default_value_t = 4.6, value_name = "METRES")]
     pub distance: f32,
+}
+
+fn panel(name: &str) -> Result<Panel, String> {
+    Panel::of_name(name).ok_or_else(|| format!("valid: {}", Panel::ALL.map(Panel::name).join(", ")))
 }

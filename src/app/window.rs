@@ -12,6 +12,7 @@ use crate::engine::{
     Athlete, AthleteController, AthleteGhost, AthletePlugins, AthleteReset, AthleteSettings, AthleteWorld,
     CharacterAsset, ControlAsset, PlaybackSpeed,
 };
+use crate::ui::{AthletePanels, AthletePanelsPlugin};
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
@@ -60,13 +61,16 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
-        app.add_plugins((plugins, EguiPlugin::default())).add_systems(EguiPrimaryContextPass, show_panel).add_systems(
-            Update,
-            (
-                keys.run_if(not(egui_wants_any_keyboard_input)),
-                orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
-            ),
-        );
+        app.add_plugins((plugins, EguiPlugin::default(), AthletePanelsPlugin))
+            .insert_resource(AthletePanels { open: options.panels.clone(), ..default() })
+            .add_systems(EguiPrimaryContextPass, show_panel)
+            .add_systems(
+                Update,
+                (
+                    keys.run_if(not(egui_wants_any_keyboard_input)),
+                    orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
+                ),
+            );
     }
     app.add_plugins(AthletePlugins)
         .insert_resource(AthleteWorld(scene.world.clone()))
