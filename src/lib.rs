@@ -33,6 +33,7 @@
 //! | `cli` | the `athlete` command line (with `train`, `policy`, `storyboard`) | yes |
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
+//! | `ui` | panels for any egui window: inspector, plots, pushes, contact plate, key-pose editor, training monitor | yes |
 //! | `app` | the demo: a window on a rink | yes |
 //!
 //! Features only add. A game wants `default-features = false, features = ["render"]`, a server `["engine"]`.
@@ -76,6 +77,8 @@ pub mod skill;
 pub mod storyboard;
 #[cfg(feature = "train")]
 pub mod train;
+#[cfg(feature = "ui")]
+pub mod ui;
 
 /// What most users need.
 pub mod prelude {

@@ -6,8 +6,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms in the order in which they may import: each from those before it.
-const ROOMS: [&str; 12] =
-    ["math", "asset", "model", "dynamics", "contact", "sim", "control", "train", "storyboard", "engine", "cli", "app"];
+const ROOMS: [&str; 13] = [
+    "math",
+    "asset",
+    "model",
+    "dynamics",
+    "contact",
+    "sim",
+    "control",
+    "train",
+    "storyboard",
+    "engine",
+    "ui",
+    "cli",
+    "app",
+];
 
 fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {

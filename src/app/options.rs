@@ -1,5 +1,6 @@
 //! The options of the demo: its command line, and the same as the query of a page's address.
 
+use crate::ui::Panel;
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -37,6 +38,9 @@ pub struct DemoOptions {
     /// Perform this control instead of the demo's own.
     #[arg(long, value_name = "FILE")]
     pub control: Option<PathBuf>,
+    /// Panels that are open at the start: inspector, plots, push, plate, editor, monitor.
+    #[arg(long, value_name = "PANELS", value_delimiter = ',', value_parser = panel)]
+    pub panels: Vec<Panel>,
     /// Camera azimuth at the start, degrees: 0 looks at the skater from behind, 180 from the front.
     #[arg(long, default_value_t = 145.0, allow_negative_numbers = true, value_name = "DEGREES")]
     pub azimuth: f32,
@@ -113,4 +117,8 @@ mod tests {
             assert!(matches!(refused, QueryError::NotInPage { name: found } if found == name), "{refused}");
         }
     }
+}
+
+fn panel(name: &str) -> Result<Panel, String> {
+    Panel::of_name(name).ok_or_else(|| format!("valid: {}", Panel::ALL.map(Panel::name).join(", ")))
 }

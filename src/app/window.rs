@@ -15,6 +15,7 @@ use crate::engine::{
     Athlete, AthleteController, AthleteGhost, AthletePlugins, AthleteReset, AthleteSettings, AthleteWorld,
     CharacterAsset, ControlAsset, PlaybackSpeed,
 };
+use crate::ui::{AthletePanels, AthletePanelsPlugin};
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::asset::AssetMetaCheck;
 use bevy::camera::visibility::VisibilitySystems;
@@ -70,7 +71,8 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
-        app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin))
+        app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin, AthletePanelsPlugin))
+            .insert_resource(AthletePanels { open: options.panels.clone(), ..default() })
             .add_systems(EguiPrimaryContextPass, (show_panel, show_buttons))
             .add_systems(
                 Update,

@@ -185,6 +185,14 @@ impl SkillPlayer {
         Ok(())
     }
 
+    /// What the policy saw at its last decision, in the order of its contract; empty before the first.
+    pub fn observation(&self) -> &[f32] {
+        &self.row
+    }
+    /// What the policy said at its last decision, three numbers for each link but the root; empty before the first.
+    pub fn action(&self) -> &[f32] {
+        &self.action
+    }
     /// Where the reference is, world frame.
     pub fn reference_pose(&self) -> ModelPose {
         self.tracker.reference_pose(0)

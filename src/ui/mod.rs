@@ -1,0 +1,42 @@
+//! Panels for any egui window, and the plugin that feeds them. Feature `ui`.
+//!
+//! Each panel is a function of `&mut egui::Ui` and data, so that it can be docked anywhere; [`AthletePanelsPlugin`] puts
+//! them into windows of their own, with a menu. `docs/panels.md` shows both.
+//!
+//! | panel | data | shows |
+//! | --- | --- | --- |
+//! | [`inspector`] | [`InspectorView`] | links, joints, contacts, blades, phase, policy |
+//! | [`plots`] | [`History`] | speed, height, lean, forces, step cost over the last seconds |
+//! | [`disturbance`] | [`Disturbance`] | pushes, friction, slope, gravity |
+//! | [`contact_plate`] | [`PlateView`] | the points of each foot that touch, the edge of each blade |
+//! | [`training_monitor`] | [`TrainingMonitor`] | the curve file of a run, as it grows |
+//!
+//! # Resources
+//! [`AthletePanels`] says which panels are open and which athlete is selected; [`ActiveDisturbances`] gives pushes.
+
+mod curve_file;
+mod disturbance;
+mod history;
+mod inspector;
+mod inspector_view;
+mod marks;
+mod monitor;
+mod plate;
+mod plate_view;
+mod plots;
+mod plugin;
+mod push_systems;
+
+pub use curve_file::{CurveError, CurveTable};
+pub use disturbance::{Disturbance, DisturbanceWish, Pull, PushPlan, disturbance};
+pub use history::{History, Sample};
+pub use inspector::inspector;
+pub use inspector_view::{BladeRow, ContactRow, InputBlock, InspectorView, JointRow, LinkRow, PolicyRow};
+pub use monitor::{TrainingMonitor, training_monitor};
+pub use plate::contact_plate;
+pub use plate_view::{PlateBlade, PlateFoot, PlatePoint, PlateView, blade_pressure};
+pub use plots::plots;
+pub use plugin::{
+    AthletePanels, AthletePanelsPlugin, DisturbanceState, MonitorState, Panel, SelectedHistory, panel_menu,
+};
+pub use push_systems::ActiveDisturbances;

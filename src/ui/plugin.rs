@@ -1,0 +1,347 @@
+//! The plugin: which panels are open, which athlete is selected, and the systems that feed the panels.
+
+use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, LinkPoses};
+use crate::ui::disturbance::{Disturbance, disturbance};
+use crate::ui::history::{History, Sample};
+use crate::ui::inspector::inspector;
+use crate::ui::inspector_view::InspectorView;
+use crate::ui::monitor::{TrainingMonitor, training_monitor};
+use crate::ui::plate::contact_plate;
+use crate::ui::plate_view::PlateView;
+use crate::ui::plots::plots;
+use crate::ui::push_systems::{ActiveDisturbances, give, take_back};
+use bevy::ecs::entity::Entity;
+use bevy::platform::time::Instant;
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
+
+/// A panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Panel {
+    /// Links, joints, contacts, blades, policy.
+    Inspector,
+    /// Curves over the last seconds.
+    Plots,
+    /// Pushes, friction, slope, gravity.
+    Disturbance,
+    /// The points of each foot that touch.
+    ContactPlate,
+    /// Key poses.
+    Editor,
+    /// The curve of a training.
+    Monitor,
+}
+
+impl Panel {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Inspector, Self::Plots, Self::Disturbance, Self::ContactPlate, Self::Editor, Self::Monitor];
+
+    /// Its title.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Inspector => "Inspector",
+            Self::Plots => "Plots",
+            Self::Disturbance => "Push and disturb",
+            Self::ContactPlate => "Contact plate",
+            Self::Editor => "Key poses",
+            Self::Monitor => "Training monitor",
+        }
+    }
+
+    /// Its name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Inspector => "inspector",
+            Self::Plots => "plots",
+            Self::Disturbance => "push",
+            Self::ContactPlate => "plate",
+            Self::Editor => "editor",
+            Self::Monitor => "monitor",
+        }
+    }
+
+    /// The panel of this name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name() == name)
+    }
+}
+
+/// Which panels are open, and which athlete they show.
+#[derive(Resource, Clone, Debug)]
+pub struct AthletePanels {
+    /// The athlete; where it is `None` or gone, the first one that there is gets selected.
+    pub selected: Option<Entity>,
+    /// Panels that are open.
+    pub open: Vec<Panel>,
+    /// Whether the menu bar is shown.
+    pub menu: bool,
+}
+
+impl Default for AthletePanels {
+    fn default() -> Self {
+        Self { selected: None, open: Vec::new(), menu: true }
+    }
+}
+
+impl AthletePanels {
+    /// Whether a panel is open.
+    pub fn is_open(&self, panel: Panel) -> bool {
+        self.open.contains(&panel)
+    }
+
+    /// Opens or closes a panel.
+    pub fn set_open(&mut self, panel: Panel, open: bool) {
+        match (self.is_open(panel), open) {
+            (false, true) => self.open.push(panel),
+            (true, false) => self.open.retain(|p| *p != panel),
+            _ => {}
+        }
+    }
+}
+
+/// Samples of the selected athlete.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct SelectedHistory {
+    /// The samples.
+    pub history: History,
+    /// Whose they are.
+    pub of: Option<Entity>,
+}
+
+/// What the disturbance panel holds.
+#[derive(Resource, Clone, Debug, Default, Deref, DerefMut)]
+pub struct DisturbanceState(pub Disturbance);
+
+/// What the training monitor holds.
+#[derive(Resource, Clone, Debug, Default, Deref, DerefMut)]
+pub struct MonitorState(pub TrainingMonitor);
+
+/// Wall time of stepping.
+#[derive(Resource, Clone, Copy, Debug)]
+struct StepCost {
+    began: Instant,
+    /// Of one step of one athlete, microseconds.
+    micros: f64,
+}
+
+/// Windows for all panels, a menu bar, and the systems that feed them. Add it after `EguiPlugin` and
+/// [`AthletePlugins`](crate::engine::AthletePlugins).
+#[derive(Debug, Default)]
+pub struct AthletePanelsPlugin;
+
+impl Plugin for AthletePanelsPlugin {
+    fn build(&self, app: &mut App) {
+        use AthleteSystems::{Control, Step, WriteBack};
+        app.init_resource::<AthletePanels>()
+            .init_resource::<SelectedHistory>()
+            .init_resource::<DisturbanceState>()
+            .init_resource::<MonitorState>()
+            .init_resource::<ActiveDisturbances>()
+            .insert_resource(StepCost { began: Instant::now(), micros: f64::NAN })
+            .add_systems(
+                FixedPostUpdate,
+                (
+                    (give, begin_step).chain().after(Control).before(Step),
+                    (end_step, take_back).chain().after(Step).before(WriteBack),
+                    sample.after(WriteBack),
+                ),
+            )
+            .add_systems(Update, select)
+            .add_systems(
+                EguiPrimaryContextPass,
+                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_monitor).chain(),
+            );
+    }
+}
+
+fn begin_step(mut cost: ResMut<StepCost>) {
+    cost.began = Instant::now();
+}
+
+fn end_step(
+    time: Res<Time>,
+    mut cost: ResMut<StepCost>,
+    bodies: Query<(&AthleteBody, &AthleteSettings), With<Athlete>>,
+) {
+    let taken = cost.began.elapsed().as_secs_f64();
+    let running = bodies.iter().filter(|(_, settings)| !settings.paused);
+    let steps: f64 = running.map(|(b, _)| b.simulator().settings().rate * time.delta_secs_f64()).sum();
+    cost.micros = if steps > 0.0 { taken * 1e6 / steps } else { f64::NAN };
+}
+
+/// Selects an athlete where none is, or where it is gone.
+fn select(mut panels: ResMut<AthletePanels>, athletes: Query<Entity, (With<Athlete>, With<AthleteBody>)>) {
+    if panels.selected.is_none_or(|s| !athletes.contains(s)) {
+        let first = athletes.iter().min();
+        if panels.selected != first {
+            panels.selected = first;
+        }
+    }
+}
+
+fn sample(
+    panels: Res<AthletePanels>,
+    cost: Res<StepCost>,
+    mut kept: ResMut<SelectedHistory>,
+    bodies: Query<(&AthleteBody, &LinkPoses)>,
+) {
+    if kept.of != panels.selected {
+        kept.of = panels.selected;
+        kept.history.clear();
+    }
+    let Some((body, poses)) = panels.selected.and_then(|s| bodies.get(s).ok()) else { return };
+    if let Some(sample) = Sample::of(body, poses, cost.micros) {
+        kept.history.push(sample);
+    }
+}
+
+/// A window for a panel; nothing while it is closed.
+pub(super) fn panel_window(
+    panels: &mut AthletePanels,
+    panel: Panel,
+    place: [f32; 2],
+    size: [f32; 2],
+    ctx: &egui::Context,
+    body: impl FnOnce(&mut egui::Ui),
+) {
+    if !panels.is_open(panel) {
+        return;
+    }
+    let mut open = true;
+    egui::Window::new(panel.title())
+        .id(egui::Id::new(("athlete panel", panel)))
+        .default_pos(place)
+        .default_size(size)
+        .open(&mut open)
+        .show(ctx, body);
+    if !open {
+        panels.set_open(panel, false);
+    }
+}
+
+/// Draws the menu: which panels are open, which athlete is selected.
+pub fn panel_menu(ui: &mut egui::Ui, panels: &mut AthletePanels, athletes: &[(Entity, String)]) {
+    ui.menu_button("Panels", |ui| {
+        for panel in Panel::ALL {
+            let mut open = panels.is_open(panel);
+            if ui.checkbox(&mut open, panel.title()).changed() {
+                panels.set_open(panel, open);
+            }
+        }
+    });
+    if athletes.len() > 1 {
+        let name = |e: Entity| athletes.iter().find(|(a, _)| *a == e).map(|(_, n)| n.as_str());
+        let selected = panels.selected.and_then(name).unwrap_or("nobody").to_owned();
+        egui::ComboBox::from_id_salt("selected athlete").selected_text(selected).show_ui(ui, |ui| {
+            for (entity, name) in athletes {
+                ui.selectable_value(&mut panels.selected, Some(*entity), name);
+            }
+        });
+    }
+}
+
+fn show_menu(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    athletes: Query<(Entity, &AthleteBody, Option<&Name>), With<Athlete>>,
+) -> Result {
+    if !panels.menu {
+        return Ok(());
+    }
+    let mut names: Vec<(Entity, String)> = athletes
+        .iter()
+        .map(|(e, body, name)| (e, name.map_or_else(|| format!("{} {e}", body.model().name), |n| n.to_string())))
+        .collect();
+    names.sort_by_key(|(e, _)| *e);
+    let ctx = contexts.ctx_mut()?;
+    egui::Area::new(egui::Id::new("athlete panels menu"))
+        .anchor(egui::Align2::RIGHT_TOP, [-14.0, 14.0])
+        .order(egui::Order::Foreground)
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.horizontal(|ui| panel_menu(ui, panels.bypass_change_detection(), &names));
+            });
+        });
+    Ok(())
+}
+
+fn show_inspector(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    bodies: Query<(&AthleteBody, &LinkPoses)>,
+) -> Result {
+    if !panels.is_open(Panel::Inspector) {
+        return Ok(());
+    }
+    let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(|(body, poses)| InspectorView::of(body, poses));
+    panel_window(&mut panels, Panel::Inspector, [14.0, 240.0], [360.0, 440.0], contexts.ctx_mut()?, |ui| {
+        inspector(ui, view.as_ref());
+    });
+    Ok(())
+}
+
+fn show_plots(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, kept: Res<SelectedHistory>) -> Result {
+    panel_window(&mut panels, Panel::Plots, [900.0, 70.0], [360.0, 600.0], contexts.ctx_mut()?, |ui| {
+        plots(ui, &kept.history);
+    });
+    Ok(())
+}
+
+fn show_disturbance(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    mut state: ResMut<DisturbanceState>,
+    mut active: ResMut<ActiveDisturbances>,
+    mut bodies: Query<(&AthleteBody, &mut AthleteSettings)>,
+) -> Result {
+    if !panels.is_open(Panel::Disturbance) {
+        return Ok(());
+    }
+    let mut selected = panels.selected.and_then(|s| bodies.get_mut(s).ok().map(|found| (s, found)));
+    let links: Vec<String> = selected
+        .as_ref()
+        .map_or_else(Vec::new, |(_, (body, _))| body.model().links.iter().map(|l| l.name.clone()).collect());
+    let mut friction = selected.as_ref().map(|(_, (_, settings))| settings.friction_scale);
+    let before = friction;
+    let state = &mut state.bypass_change_detection().0;
+    let mut wish = None;
+    panel_window(&mut panels, Panel::Disturbance, [390.0, 70.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
+        wish = Some(disturbance(ui, state, &links, friction.as_mut()));
+    });
+    let Some(wish) = wish else { return Ok(()) };
+    if let Some((entity, (body, settings))) = &mut selected {
+        if friction != before {
+            settings.friction_scale = friction.unwrap_or(1.0);
+        }
+        if wish.push {
+            active.push(*entity, body, &state.push);
+        }
+    }
+    if wish.pull {
+        active.set_pull(&state.pull);
+    }
+    Ok(())
+}
+
+fn show_plate(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, bodies: Query<&AthleteBody>) -> Result {
+    if !panels.is_open(Panel::ContactPlate) {
+        return Ok(());
+    }
+    let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(PlateView::of);
+    panel_window(&mut panels, Panel::ContactPlate, [390.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
+        contact_plate(ui, view.as_ref());
+    });
+    Ok(())
+}
+
+fn show_monitor(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    mut monitor: ResMut<MonitorState>,
+) -> Result {
+    panel_window(&mut panels, Panel::Monitor, [500.0, 120.0], [420.0, 420.0], contexts.ctx_mut()?, |ui| {
+        training_monitor(ui, &mut monitor.bypass_change_detection().0);
+    });
+    Ok(())
+}
