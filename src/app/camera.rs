@@ -1,8 +1,21 @@
-//! The orbit camera: drag to turn, wheel to zoom, it follows the skater.
+//! The camera: drag to turn, wheel to zoom. It circles the athlete, follows behind it, or goes where it is driven.
 
 use crate::engine::{Athlete, AthleteBody, AthleteGhost};
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll};
 use bevy::prelude::*;
+use std::f32::consts::{PI, TAU};
+
+/// How the camera moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraMode {
+    /// With the athlete; the mouse sets the direction.
+    #[default]
+    Orbit,
+    /// Behind the athlete, as it travels.
+    Follow,
+    /// Where the keys drive it.
+    Free,
+}
 
 /// A camera that looks at the athlete from a direction and a distance that the mouse changes.
 #[derive(Component, Clone, Debug)]
@@ -17,11 +30,20 @@ pub struct OrbitCamera {
     pub target: Vec3,
     /// False until it has seen the athlete; then it glides instead of jumping.
     pub found: bool,
+    /// How it moves.
+    pub mode: CameraMode,
 }
 
 impl Default for OrbitCamera {
     fn default() -> Self {
-        Self { azimuth: 2.5, elevation: 0.16, distance: 4.6, target: Vec3::new(0.0, 0.8, 0.0), found: false }
+        Self {
+            azimuth: 2.5,
+            elevation: 0.16,
+            distance: 4.6,
+            target: Vec3::new(0.0, 0.8, 0.0),
+            found: false,
+            mode: CameraMode::Orbit,
+        }
     }
 }
 
@@ -53,24 +75,60 @@ pub(super) fn orbit(
     }
 }
 
+/// Speed above which the direction of travel is where the camera goes behind, m/s.
+const TRAVELS: f32 = 0.6;
+/// Speed of the free camera, m/s.
+const DRIVE: f32 = 5.0;
+
 /// Athletes that are simulated, and their ghosts.
 type Simulated = (With<Athlete>, With<AthleteBody>);
 
-/// Keeps the athlete in the picture, and its ghost with it.
+/// Keeps the athlete in the picture, and a ghost beside it too.
 pub(super) fn follow(
     time: Res<Time<Real>>,
-    athletes: Query<(&Transform, Option<&AthleteGhost>), Simulated>,
+    athletes: Query<(&Transform, &AthleteBody, Option<&AthleteGhost>), Simulated>,
     mut cameras: Query<(&mut OrbitCamera, &mut Transform), Without<Athlete>>,
 ) {
-    let Some((athlete, ghost)) = athletes.iter().next() else { return };
-    let beside = ghost.map_or(Vec3::ZERO, |g| g.offset * 0.42);
-    let wanted = Vec3::new(athlete.translation.x, athlete.translation.y.max(0.3) * 0.25 + 0.58, athlete.translation.z);
+    let athlete = athletes.iter().next();
     for (mut camera, mut transform) in &mut cameras {
-        let wanted = wanted + beside;
-        let far = camera.target.distance(wanted) > 5.0;
-        let share = if camera.found && !far { 1.0 - (-9.0 * time.delta_secs()).exp() } else { 1.0 };
-        camera.found = true;
-        camera.target = camera.target.lerp(wanted, share);
+        if let Some((athlete, body, ghost)) = athlete
+            && camera.mode != CameraMode::Free
+        {
+            let beside = ghost.map_or(Vec3::ZERO, |g| g.offset * 0.42);
+            let height = athlete.translation.y.max(0.3) * 0.25 + 0.58;
+            let wanted = athlete.translation.with_y(height) + beside;
+            let far = camera.target.distance(wanted) > 5.0;
+            let share = |rate: f32| 1.0 - (-rate * time.delta_secs()).exp();
+            let near = if camera.found && !far { share(9.0) } else { 1.0 };
+            camera.found = true;
+            camera.target = camera.target.lerp(wanted, near);
+            let velocity = body.root_velocity().as_vec3();
+            if camera.mode == CameraMode::Follow && velocity.with_y(0.0).length() > TRAVELS {
+                let behind = (-velocity.x).atan2(-velocity.z);
+                let turn = (behind - camera.azimuth + PI).rem_euclid(TAU) - PI;
+                camera.azimuth += turn * share(1.6);
+            }
+        }
         *transform = camera.transform();
+    }
+}
+
+/// W, A, S, D, Q and E drive the free camera.
+pub(super) fn drive(time: Res<Time<Real>>, keys: Res<ButtonInput<KeyCode>>, mut cameras: Query<&mut OrbitCamera>) {
+    let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
+    let wish = Vec3::new(
+        axis(KeyCode::KeyD, KeyCode::KeyA),
+        axis(KeyCode::KeyE, KeyCode::KeyQ),
+        axis(KeyCode::KeyS, KeyCode::KeyW),
+    );
+    if wish == Vec3::ZERO {
+        return;
+    }
+    for mut camera in &mut cameras {
+        if camera.mode == CameraMode::Free {
+            let step = Quat::from_rotation_y(camera.azimuth) * wish * DRIVE * time.delta_secs();
+            camera.target += step;
+            camera.target.y = camera.target.y.clamp(0.1, 30.0);
+        }
     }
 }

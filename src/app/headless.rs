@@ -1,6 +1,6 @@
 //! The scene without a window: simulated as fast as it goes, summed up in a table, drawn as a storyboard.
 
-use crate::app::DemoScene;
+use crate::app::ControlScene;
 use crate::contact::BladeEdge;
 use crate::control::{ControlError, ControlPlayer, tracking_error};
 use crate::model::LinkTransform;
@@ -69,7 +69,7 @@ pub enum HeadlessError {
 }
 
 /// Simulates the scene to the end of its control: the summary, and a frame of a storyboard every 20 ms.
-pub fn simulate(scene: &DemoScene) -> Result<(Summary, Vec<StoryboardFrame>), HeadlessError> {
+pub fn simulate(scene: &ControlScene) -> Result<(Summary, Vec<StoryboardFrame>), HeadlessError> {
     let (model, control) = (&scene.model, &scene.control);
     let settings = SimulationSettings { rate: control.rate, ..SimulationSettings::of(model) };
     let mut sim: Simulator<f64> = Simulator::new(model.clone(), settings);
@@ -120,7 +120,7 @@ pub fn simulate(scene: &DemoScene) -> Result<(Summary, Vec<StoryboardFrame>), He
 }
 
 /// Simulates the scene and writes its storyboard.
-pub fn run_headless(scene: &DemoScene, storyboard: &Path) -> Result<Summary, HeadlessError> {
+pub fn run_headless(scene: &ControlScene, storyboard: &Path) -> Result<Summary, HeadlessError> {
     let (summary, frames) = simulate(scene)?;
     let ground = if scene.control.world == "ground" { Ground::Floor } else { Ground::Ice };
     let title = format!("{}, simulated, with its reference", summary.clip);

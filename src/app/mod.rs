@@ -20,16 +20,23 @@
 
 mod buttons;
 mod camera;
-mod crowd;
 #[cfg(not(target_arch = "wasm32"))]
 mod headless;
+mod keys;
+mod labels;
+mod menu;
+mod news;
 mod options;
 mod panel;
+mod props;
+mod pull;
 mod reflection;
 mod rink;
 mod scene;
 mod scenery;
+mod scenes;
 mod screenshot;
+mod spray;
 mod touch;
 mod tracks;
 #[cfg(target_arch = "wasm32")]
@@ -37,12 +44,15 @@ mod web;
 mod window;
 
 pub use buttons::buttons;
-pub use camera::OrbitCamera;
+pub use camera::{CameraMode, OrbitCamera};
 #[cfg(not(target_arch = "wasm32"))]
 pub use headless::{HeadlessError, Summary, run_headless, simulate};
+pub use keys::KEYS;
 pub use options::{DemoOptions, QueryError};
 pub use panel::{PanelView, panel};
-pub use scene::{DemoScene, SceneError};
+pub use scene::{ControlScene, SceneError};
+pub use scenes::DemoScene;
+pub use scenes::skating::Act;
 #[cfg(target_arch = "wasm32")]
 pub use web::run_in_page;
 pub use window::run_window;
@@ -54,7 +64,7 @@ use std::process::ExitCode;
 /// runs headless.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn run(options: &DemoOptions) -> ExitCode {
-    let scene = match DemoScene::load(options.control.as_deref()) {
+    let scene = match ControlScene::load(options.control.as_deref()) {
         Ok(scene) => scene,
         Err(error) => {
             eprintln!("error: {error}");

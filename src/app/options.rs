@@ -1,13 +1,13 @@
 //! The options of the demo: its command line, and the same as the query of a page's address.
 
+use crate::app::{Act, DemoScene};
 use crate::ui::Panel;
 use clap::Parser;
 use std::path::PathBuf;
 
 /// A simulated figure skater on a rink.
 ///
-/// In the window: drag to turn the camera, wheel to zoom, space pauses, S is slow motion, R starts again, H hides the
-/// panel.
+/// In the window: arrow keys steer, drag turns the camera, wheel zooms, space pauses; the menu lists all keys.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "bevy_athlete", version)]
 pub struct DemoOptions {
@@ -38,6 +38,12 @@ pub struct DemoOptions {
     /// Perform this control instead of the demo's own.
     #[arg(long, value_name = "FILE")]
     pub control: Option<PathBuf>,
+    /// Scene at the start: rink, foot-lab, course, crowd.
+    #[arg(long, default_value = "rink", value_parser = scene)]
+    pub scene: DemoScene,
+    /// What the skater on the rink does: clip, program, steer, or the name of a skill.
+    #[arg(long, default_value = "clip", value_parser = act)]
+    pub play: Act,
     /// Panels that are open at the start: inspector, plots, push, plate, editor, monitor.
     #[arg(long, value_name = "PANELS", value_delimiter = ',', value_parser = panel)]
     pub panels: Vec<Panel>,
@@ -47,7 +53,7 @@ pub struct DemoOptions {
     /// Camera distance at the start, m.
     #[arg(long, default_value_t = 4.6, value_name = "METRES")]
     pub distance: f32,
-    /// This many more skaters, each stroking by its policy.
+    /// Skaters in the scene `crowd`; 0 lets their number grow to what the machine holds.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub crowd: u32,
 }
@@ -117,6 +123,14 @@ mod tests {
             assert!(matches!(refused, QueryError::NotInPage { name: found } if found == name), "{refused}");
         }
     }
+}
+
+fn scene(name: &str) -> Result<DemoScene, String> {
+    DemoScene::of_name(name).ok_or_else(|| format!("valid: {}", DemoScene::ALL.map(DemoScene::name).join(", ")))
+}
+
+fn act(name: &str) -> Result<Act, String> {
+    Act::of_name(name).ok_or_else(|| format!("valid: {}", Act::names().collect::<Vec<_>>().join(", ")))
 }
 
 fn panel(name: &str) -> Result<Panel, String> {

@@ -41,16 +41,6 @@ impl PanelView {
     }
 }
 
-/// The keys, and what they do.
-pub const KEYS: [(&str, &str); 6] = [
-    ("Space", "pause"),
-    ("S", "slow motion"),
-    ("R", "start again"),
-    ("H", "hide this"),
-    ("Drag", "turn the camera"),
-    ("Wheel", "zoom"),
-];
-
 /// The word and colour of an edge.
 fn edge_label(edge: BladeEdge) -> (&'static str, egui::Color32) {
     match edge {
@@ -85,14 +75,6 @@ pub fn panel(ui: &mut egui::Ui, view: &PanelView) {
         let pace = if view.paused { "paused".into() } else { format!("{:.2} x", view.playback) };
         row(ui, "pace", pace);
     });
-    ui.separator();
-    egui::Grid::new("athlete_keys").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-        for (key, meaning) in KEYS {
-            ui.strong(key);
-            ui.label(meaning);
-            ui.end_row();
-        }
-    });
 }
 
 /// Whether the panel is shown.
@@ -111,8 +93,8 @@ pub(super) fn show_panel(
         return Ok(());
     }
     let view = PanelView::of(body, &playback);
-    egui::Window::new("Skater")
-        .anchor(egui::Align2::LEFT_TOP, [14.0, 14.0])
+    egui::Window::new("Numbers")
+        .anchor(egui::Align2::LEFT_TOP, [14.0, 38.0])
         .resizable(false)
         .collapsible(false)
         .show(contexts.ctx_mut()?, |ui| panel(ui, &view));

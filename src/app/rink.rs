@@ -13,18 +13,17 @@ const CORNER: f32 = 8.5;
 /// Height of the boards, m.
 const BOARDS: f32 = 1.07;
 
-/// Where a rink goes, and how much drawing it may cost.
+/// Where a rink goes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RinkPlan {
     /// Middle of the ice, world frame, m.
     pub middle: Vec3,
-    /// Cheap shadows.
-    pub low: bool,
 }
 
 /// Adds ice, markings, boards and light.
 pub(super) fn spawn_rink(
     commands: &mut Commands,
+    root: Entity,
     meshes: &mut Assets<Mesh>,
     materials: &mut Assets<StandardMaterial>,
     plan: RinkPlan,
@@ -34,6 +33,7 @@ pub(super) fn spawn_rink(
 
     // The ice is a thin translucent sheet, so that mirror images show through; below it, what gives it its colour.
     commands.spawn((
+        ChildOf(root),
         Mesh3d(meshes.add(rounded_floor(HALF, CORNER))),
         MeshMaterial3d(materials.add(StandardMaterial {
             base_color: Color::srgba(0.72, 0.87, 0.98, 0.80),
@@ -48,6 +48,7 @@ pub(super) fn spawn_rink(
         NotShadowCaster,
     ));
     commands.spawn((
+        ChildOf(root),
         Mesh3d(meshes.add(Plane3d::default().mesh().size(2.0 * HALF.x + 8.0, 2.0 * HALF.y + 8.0))),
         MeshMaterial3d(materials.add(StandardMaterial {
             base_color: Color::srgb(0.52, 0.72, 0.88),
@@ -65,6 +66,7 @@ pub(super) fn spawn_rink(
     let blue = paint(Color::srgb(0.36, 0.55, 0.83));
     let mut mark = |mesh: Mesh, material: &Handle<StandardMaterial>, x: f32, z: f32, lift: f32| {
         commands.spawn((
+            ChildOf(root),
             Mesh3d(meshes.add(mesh)),
             MeshMaterial3d(material.clone()),
             at(x, lift, z).with_rotation(flat),
@@ -103,16 +105,25 @@ pub(super) fn spawn_rink(
         });
         let dim = Color::from(color.to_linear() * 0.65).with_alpha(1.0);
         let image = materials.add(StandardMaterial { base_color: dim, unlit: true, cull_mode: None, ..default() });
-        commands.spawn((Mesh3d(meshes.add(wall(low, high, thickness))), MeshMaterial3d(material), at(0.0, 0.0, 0.0)));
         commands.spawn((
+            ChildOf(root),
+            Mesh3d(meshes.add(wall(low, high, thickness))),
+            MeshMaterial3d(material),
+            at(0.0, 0.0, 0.0),
+        ));
+        commands.spawn((
+            ChildOf(root),
             Mesh3d(meshes.add(wall(-high, -low - 0.01, thickness))),
             MeshMaterial3d(image),
             at(0.0, 0.0, 0.0),
             NotShadowCaster,
         ));
     }
+}
 
-    let cascades = if plan.low {
+/// The sun and the light of the sky.
+pub(super) fn spawn_sun(commands: &mut Commands, root: Entity, low: bool) {
+    let cascades = if low {
         CascadeShadowConfigBuilder { num_cascades: 1, maximum_distance: 14.0, ..default() }
     } else {
         CascadeShadowConfigBuilder {
@@ -124,14 +135,15 @@ pub(super) fn spawn_rink(
         }
     };
     // Without tone mapping bright surfaces would lose their colour.
-    let light = if plan.low { 0.72 } else { 1.0 };
-    commands.insert_resource(DirectionalLightShadowMap { size: if plan.low { 1024 } else { 2048 } });
+    let light = if low { 0.72 } else { 1.0 };
+    commands.insert_resource(DirectionalLightShadowMap { size: if low { 1024 } else { 2048 } });
     commands.insert_resource(GlobalAmbientLight {
         color: Color::srgb(0.78, 0.87, 1.0),
         brightness: 1000.0 * light,
         ..default()
     });
     commands.spawn((
+        ChildOf(root),
         DirectionalLight {
             color: Color::srgb(1.0, 0.93, 0.82),
             illuminance: 7800.0 * light,

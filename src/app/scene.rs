@@ -1,4 +1,4 @@
-//! What is simulated: the same with and without a window.
+//! A control and what it needs: the same with and without a window.
 
 use crate::contact::World;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl};
@@ -12,7 +12,7 @@ const STROKING: &str = include_str!("../../assets/skills/skating/stroking/stroki
 
 /// A character, what it performs and what it stands on.
 #[derive(Clone, Debug)]
-pub struct DemoScene {
+pub struct ControlScene {
     /// The character.
     pub model: SharedModel,
     /// What it performs.
@@ -36,7 +36,7 @@ pub enum SceneError {
     },
 }
 
-impl DemoScene {
+impl ControlScene {
     /// The scene of a control file, or of the demo's own control.
     pub fn load(control: Option<&Path>) -> Result<Self, SceneError> {
         let control = match control {

@@ -11,6 +11,7 @@ pub(super) const HAZE: Color = Color::srgb(0.74, 0.83, 0.91);
 /// Adds the scenery around a rink with its middle at `middle`.
 pub(super) fn spawn_scenery(
     commands: &mut Commands,
+    root: Entity,
     meshes: &mut Assets<Mesh>,
     materials: &mut Assets<StandardMaterial>,
     middle: Vec3,
@@ -36,6 +37,7 @@ pub(super) fn spawn_scenery(
         (-HALF.x - wide * 0.5, 0.0, wide, 2.0 * HALF.y),
     ] {
         commands.spawn((
+            ChildOf(root),
             Mesh3d(meshes.add(Plane3d::default().mesh().size(width, length))),
             MeshMaterial3d(snow.clone()),
             Transform::from_translation(middle + Vec3::new(x, -0.02, z)),
@@ -59,6 +61,7 @@ pub(super) fn spawn_scenery(
         let green = &needles[k % needles.len()];
         let foot = middle + place;
         commands.spawn((
+            ChildOf(root),
             Mesh3d(trunk.clone()),
             MeshMaterial3d(bark.clone()),
             Transform::from_translation(foot + Vec3::Y * 0.4).with_scale(Vec3::new(1.0, 0.9, 1.0)),
@@ -68,6 +71,7 @@ pub(super) fn spawn_scenery(
             let (width, tall) = (height * 0.26 * (1.0 - 0.55 * part), height * 0.48);
             let y = 0.6 + height * 0.27 * tier as f32 + tall * 0.5;
             commands.spawn((
+                ChildOf(root),
                 Mesh3d(cone.clone()),
                 MeshMaterial3d(if tier == 2 && k % 3 == 0 { snow.clone() } else { green.clone() }),
                 Transform::from_translation(foot + Vec3::Y * y)
@@ -81,6 +85,7 @@ pub(super) fn spawn_scenery(
         let angle = (k as f32 + between(0.0, 0.7)) / 22.0 * std::f32::consts::TAU;
         let (distance, height, width) = (between(120.0, 180.0), between(14.0, 42.0), between(35.0, 65.0));
         commands.spawn((
+            ChildOf(root),
             Mesh3d(peak.clone()),
             MeshMaterial3d(hill.clone()),
             Transform::from_translation(

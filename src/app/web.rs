@@ -13,7 +13,7 @@
 //!
 //! `bodies * simulated / spent` is the number of such athletes that one thread holds in real time.
 
-use crate::app::{DemoOptions, DemoScene, run_window};
+use crate::app::{ControlScene, DemoOptions, run_window};
 use crate::engine::{Athlete, AthleteBody, PlaybackSpeed};
 use bevy::diagnostic::FrameCount;
 use bevy::platform::time::Instant;
@@ -28,7 +28,7 @@ use web_sys::{UrlSearchParams, Window};
 pub fn run_in_page() -> ExitCode {
     let begun = web_sys::window().ok_or_else(|| "no window".to_owned()).and_then(|page| {
         let options = DemoOptions::from_query(query(&page)).map_err(|e| e.to_string())?;
-        let scene = DemoScene::load(None).map_err(|e| e.to_string())?;
+        let scene = ControlScene::load(None).map_err(|e| e.to_string())?;
         Ok(run_window(scene, &options))
     });
     begun.unwrap_or_else(|message| throw_str(&message))

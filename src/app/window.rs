@@ -1,20 +1,25 @@
-//! The Bevy app: plugins, quality, the skater, keys.
+//! The Bevy app: plugins, quality, the camera.
 
 use crate::app::buttons::show_buttons;
-use crate::app::camera::{OrbitCamera, follow, orbit};
-use crate::app::crowd::spawn_crowd;
+use crate::app::camera::{OrbitCamera, drive, follow, orbit};
+use crate::app::keys::{keys, rewind, scene_keys, single_step};
+use crate::app::labels::paint_labels;
+use crate::app::menu::show_menu;
+use crate::app::news::NewsPlugin;
 use crate::app::panel::{ShowPanel, show_panel};
+use crate::app::pull::{PullPlugin, take_hold};
 use crate::app::reflection::{make_images, place_images};
-use crate::app::rink::{RinkPlan, spawn_rink};
-use crate::app::scenery::{HAZE, spawn_scenery};
+use crate::app::scenery::HAZE;
+use crate::app::scenes::course::CoursePlugin;
+use crate::app::scenes::crowd::CrowdPlugin;
+use crate::app::scenes::foot_lab::FootLabPlugin;
+use crate::app::scenes::skating::SkatingPlugin;
 use crate::app::screenshot::{Shot, image_target, take};
+use crate::app::spray::SprayPlugin;
 use crate::app::touch::TouchPlugin;
 use crate::app::tracks::{Tracks, draw_tracks, leave_tracks};
-use crate::app::{DemoOptions, DemoScene, has_display};
-use crate::engine::{
-    Athlete, AthleteController, AthleteGhost, AthletePlugins, AthleteReset, AthleteSettings, AthleteWorld,
-    CharacterAsset, ControlAsset, PlaybackSpeed,
-};
+use crate::app::{ControlScene, DemoOptions, DemoScene, has_display};
+use crate::engine::{AthletePlugins, AthleteWorld};
 use crate::ui::{AthletePanels, AthletePanelsPlugin};
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::asset::AssetMetaCheck;
@@ -36,20 +41,20 @@ use std::time::Duration;
 /// Simulated seconds per real second in slow motion.
 pub(super) const SLOW: f32 = 0.2;
 
-/// What the set-up needs of the command line and the scene.
+/// What the scenes need of the command line.
 #[derive(Resource)]
-struct Stage {
-    scene: DemoScene,
-    options: DemoOptions,
+pub(super) struct Stage {
+    pub control: ControlScene,
+    pub options: DemoOptions,
     offscreen: bool,
 }
 
 /// Opens the window, or renders to a picture; returns when it is closed.
-pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
+pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
     let offscreen = !has_display();
     let mut app = App::new();
     let window = Window {
-        title: "Skater, simulated".into(),
+        title: "Athletes, simulated".into(),
         resolution: WindowResolution::new(options.width, options.height),
         present_mode: PresentMode::AutoVsync,
         // A page has the canvas ready and gives it its size.
@@ -65,7 +70,7 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
             ..default()
         })
         // No file of the crate has a `.meta` beside it; asking for one is an error in a browser's console.
-        .set(AssetPlugin { meta_check: AssetMetaCheck::Never, ..default() })
+        .set(AssetPlugin { meta_check: AssetMetaCheck::Never, file_path: asset_folder(), ..default() })
         .set(RenderPlugin { synchronous_pipeline_compilation: options.screenshot.is_some(), ..default() })
         .set(LogPlugin { filter: "warn,wgpu=error,naga=error,bevy_athlete=info".into(), ..default() });
     if offscreen {
@@ -73,23 +78,28 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
     } else {
         app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin, AthletePanelsPlugin))
             .insert_resource(AthletePanels { open: options.panels.clone(), ..default() })
-            .add_systems(EguiPrimaryContextPass, (show_panel, show_buttons))
+            .add_systems(EguiPrimaryContextPass, (paint_labels, show_panel, show_menu, show_buttons).chain())
             .add_systems(
                 Update,
                 (
-                    keys.run_if(not(egui_wants_any_keyboard_input)),
-                    orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
+                    (keys, scene_keys).run_if(not(egui_wants_any_keyboard_input)),
+                    drive.run_if(not(egui_wants_any_keyboard_input)).before(follow),
+                    (orbit.before(follow), take_hold).run_if(not(egui_wants_any_pointer_input)),
                 ),
-            );
+            )
+            .add_systems(PreUpdate, (single_step, rewind).chain().run_if(not(egui_wants_any_keyboard_input)));
     }
     #[cfg(target_arch = "wasm32")]
     app.add_plugins(crate::app::web::PagePlugin);
-    app.add_plugins(AthletePlugins)
-        .insert_resource(AthleteWorld(scene.world.clone()))
+    app.add_plugins((AthletePlugins, NewsPlugin, PullPlugin, SprayPlugin))
+        .insert_state(if options.crowd > 0 { DemoScene::Crowd } else { options.scene })
+        .add_plugins((SkatingPlugin, FootLabPlugin, CoursePlugin, CrowdPlugin))
+        .insert_resource(options.play)
+        .insert_resource(AthleteWorld(control.world.clone()))
         .insert_resource(ClearColor(HAZE))
         .insert_resource(ShowPanel(true))
         .init_resource::<Tracks>()
-        .insert_resource(Stage { scene, options: options.clone(), offscreen })
+        .insert_resource(Stage { control, options: options.clone(), offscreen })
         .add_systems(Startup, setup)
         .add_systems(FixedLast, leave_tracks)
         .add_systems(Update, (follow, draw_tracks))
@@ -123,37 +133,31 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
     }
 }
 
-/// The skater, the rink around it, the camera.
-#[allow(clippy::too_many_arguments)] // a system takes what it needs
+/// Where the files of the crate are: in the page's `assets`; else beside the program or in a folder above it, so that the
+/// built program can be started from anywhere.
+fn asset_folder() -> String {
+    let usual = || AssetPlugin::default().file_path;
+    if cfg!(target_arch = "wasm32") || std::env::var_os("BEVY_ASSET_ROOT").is_some() {
+        return usual();
+    }
+    let program = std::env::current_exe().ok();
+    let above = program.iter().flat_map(|program| program.ancestors().skip(1));
+    let mut folders = above.map(|folder| folder.join("assets")).filter(|folder| folder.join("characters").is_dir());
+    folders.next().map_or_else(usual, |folder| folder.to_string_lossy().into_owned())
+}
+
+/// The camera, and how lines are drawn.
 fn setup(
     mut commands: Commands,
     stage: Res<Stage>,
-    assets: Res<AssetServer>,
     mut shot: Option<ResMut<Shot>>,
-    mut characters: ResMut<Assets<CharacterAsset>>,
-    mut controls: ResMut<Assets<ControlAsset>>,
     mut images: ResMut<Assets<Image>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
     mut gizmos: ResMut<GizmoConfigStore>,
 ) {
-    let Stage { scene, options, offscreen } = &*stage;
-    let skater = characters.add(CharacterAsset { model: scene.model.clone() });
-    commands.spawn((
-        Athlete(skater.clone()),
-        AthleteController::Play(controls.add(ControlAsset { control: scene.control.clone() })),
-        AthleteSettings { restart_after: Some(1.0), ..default() },
-        AthleteGhost::default(),
-    ));
-
-    let middle = scene.middle().as_vec3();
-    spawn_crowd(&mut commands, &assets, &skater, middle, options.crowd);
-    spawn_rink(&mut commands, &mut meshes, &mut materials, RinkPlan { middle, low: options.low });
-    spawn_scenery(&mut commands, &mut meshes, &mut materials, middle);
+    let Stage { options, offscreen, .. } = &*stage;
     gizmos.config_mut::<DefaultGizmoConfigGroup>().0.line.width = 2.0;
-
     let orbit =
-        OrbitCamera { azimuth: options.azimuth.to_radians(), distance: options.distance.clamp(1.5, 30.0), ..default() };
+        OrbitCamera { azimuth: options.azimuth.to_radians(), distance: options.distance.clamp(1.5, 60.0), ..default() };
     let mut camera = commands.spawn((
         Camera3d::default(),
         Projection::from(PerspectiveProjection { fov: 36.0_f32.to_radians(), ..default() }),
@@ -175,30 +179,6 @@ fn setup(
         camera.insert(target);
         if let Some(shot) = &mut shot {
             shot.image = Some(image);
-        }
-    }
-}
-
-/// Space, S, R and H.
-fn keys(
-    mut commands: Commands,
-    keys: Res<ButtonInput<KeyCode>>,
-    mut playback: ResMut<PlaybackSpeed>,
-    mut show: ResMut<ShowPanel>,
-    athletes: Query<Entity, With<Athlete>>,
-) {
-    if keys.just_pressed(KeyCode::Space) {
-        playback.paused = !playback.paused;
-    }
-    if keys.just_pressed(KeyCode::KeyS) {
-        playback.speed = if playback.speed < 1.0 { 1.0 } else { SLOW };
-    }
-    if keys.just_pressed(KeyCode::KeyH) {
-        show.0 = !show.0;
-    }
-    if keys.just_pressed(KeyCode::KeyR) {
-        for athlete in &athletes {
-            commands.trigger(AthleteReset::new(athlete));
         }
     }
 }

@@ -185,10 +185,18 @@ fn write_settings(settings: &SimulationSettings, out: &mut StateWriter) {
     let SimulationSettings { rate, gravity, contact, limits, self_collision } = *settings;
     out.number(rate);
     out.vector(gravity);
-    let ContactSettings { margin, sweeps, correction, slop, correction_speed, grip_correction, friction_scale } =
-        contact;
+    let ContactSettings {
+        margin,
+        sweeps,
+        tolerance,
+        correction,
+        slop,
+        correction_speed,
+        grip_correction,
+        friction_scale,
+    } = contact;
     out.count(sweeps);
-    for number in [margin, correction, slop, correction_speed, grip_correction, friction_scale] {
+    for number in [margin, tolerance, correction, slop, correction_speed, grip_correction, friction_scale] {
         out.number(number);
     }
     out.option(limits, |out, LimitSpring { stiffness, damping }| {
@@ -213,6 +221,7 @@ fn read_settings(from: &mut StateReader) -> Result<SimulationSettings, StateErro
     let contact = ContactSettings {
         sweeps,
         margin: number(from)?,
+        tolerance: number(from)?,
         correction: number(from)?,
         slop: number(from)?,
         correction_speed: number(from)?,

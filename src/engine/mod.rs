@@ -53,6 +53,7 @@
 //! | [`SkillController`], [`SkatingProgram`], [`Steering`] | component | trained skills in place of a controller |
 //! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
 //! | [`AthleteSettings`] | component | switches of one athlete |
+//! | [`AthleteForces`] | component | pushes and pulls from outside |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
 //! | [`LinkPoses`] | component | where its links are |
 //! | [`AthleteHistory`] | component | its last seconds, for [`AthleteRewind`] |
@@ -74,6 +75,7 @@ mod diagnostics;
 mod driver;
 mod errors;
 mod events;
+mod forces;
 mod history;
 mod lane_steps;
 mod performer;
@@ -111,6 +113,7 @@ pub use events::{
     AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing,
     SkillEnded, SkillStarted, TakeOff,
 };
+pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]
 pub use ghost::AthleteGhost;
 #[cfg(feature = "render")]

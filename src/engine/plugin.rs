@@ -5,10 +5,10 @@ use crate::engine::diagnostics::StepTally;
 use crate::engine::history;
 use crate::engine::{
     Athlete, AthleteAssetPlugin, AthleteBudget, AthleteController, AthleteDetail, AthleteDiagnosticsPlugin,
-    AthleteFell, AthleteLanes, AthleteLod, AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteRefused,
-    AthleteReset, AthleteRewind, AthleteSettings, AthleteTargets, AthleteViewer, AthleteWorld, BladeEdgeChanged,
-    ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted,
-    Steering, TakeOff, spawn, systems,
+    AthleteFell, AthleteForces, AthleteLanes, AthleteLod, AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined,
+    AthleteRefused, AthleteReset, AthleteRewind, AthleteSettings, AthleteTargets, AthleteViewer, AthleteWorld,
+    BladeEdgeChanged, ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded,
+    SkillStarted, Steering, TakeOff, forces, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -70,6 +70,7 @@ impl Plugin for AthleteSimulationPlugin {
             .register_type::<Steering>()
             .register_type::<LinkPoses>()
             .register_type::<PlaybackSpeed>()
+            .register_type::<AthleteForces>()
             .register_type::<AthleteLanes>()
             .register_type::<AthleteLod>()
             .register_type::<AthleteDetail>()
@@ -102,11 +103,14 @@ impl Plugin for AthleteSimulationPlugin {
                         systems::read_skill_wishes,
                         systems::check_transforms,
                         choose_detail::<Viewers>,
+                        forces::give_forces,
                     )
                         .chain()
                         .in_set(Control),
                     systems::step_bodies.in_set(Step),
-                    (systems::write_poses, systems::tell, history::record).chain().in_set(WriteBack),
+                    (forces::take_forces, systems::write_poses, systems::tell, history::record)
+                        .chain()
+                        .in_set(WriteBack),
                 ),
             )
             .add_systems(RunFixedMainLoop, history::rewind_bodies.in_set(RunFixedMainLoopSystems::BeforeFixedMainLoop))

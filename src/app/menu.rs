@@ -1,0 +1,172 @@
+//! The menu of the demo: scenes, what there is to do in each, camera, help. Functions of `&mut egui::Ui`.
+
+use crate::app::camera::{CameraMode, OrbitCamera};
+use crate::app::keys::KEYS;
+use crate::app::panel::ShowPanel;
+use crate::app::scenes::DemoScene;
+use crate::app::scenes::crowd::CrowdCount;
+use crate::app::scenes::foot_lab::{FootLab, POSES, STEEPEST};
+use crate::app::scenes::skating::{Act, Overlays, SKILLS};
+use crate::engine::Steering;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, egui};
+
+/// Everything that the menu shows and changes.
+#[derive(SystemParam)]
+pub(super) struct MenuData<'w, 's> {
+    scene: Res<'w, State<DemoScene>>,
+    next: ResMut<'w, NextState<DemoScene>>,
+    act: ResMut<'w, Act>,
+    overlays: ResMut<'w, Overlays>,
+    lab: ResMut<'w, FootLab>,
+    crowd: Res<'w, CrowdCount>,
+    cameras: Query<'w, 's, &'static mut OrbitCamera>,
+    steered: Query<'w, 's, &'static mut Steering>,
+}
+
+/// The menu in the upper right corner.
+pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut data: MenuData) -> Result {
+    if !show.0 {
+        return Ok(());
+    }
+    egui::Window::new("Athletes")
+        .anchor(egui::Align2::RIGHT_TOP, [-14.0, 38.0])
+        .resizable(false)
+        .default_width(210.0)
+        .show(contexts.ctx_mut()?, |ui| {
+            scenes(ui, &data.scene, &mut data.next);
+            ui.separator();
+            match data.scene.get() {
+                DemoScene::Rink => {
+                    let mut chosen = *data.act;
+                    acts(ui, &mut chosen);
+                    data.act.set_if_neq(chosen);
+                    if chosen == Act::Steer {
+                        for mut steering in &mut data.steered {
+                            wishes(ui, &mut steering);
+                        }
+                    }
+                    let mut overlays = *data.overlays;
+                    ui.checkbox(&mut overlays.ghost, "Ghost of the reference");
+                    ui.checkbox(&mut overlays.edges, "Edges and forces");
+                    data.overlays.set_if_neq(overlays);
+                }
+                DemoScene::FootLab => lab(ui, &mut data.lab),
+                DemoScene::Course => {
+                    ui.label("Run and jump over three obstacles.");
+                    ui.weak("Moved by its clip: the runner has no controller yet.");
+                }
+                DemoScene::Crowd => crowd(ui, &data.crowd),
+            }
+            ui.separator();
+            for mut camera in &mut data.cameras {
+                let mut mode = camera.mode;
+                cameras(ui, &mut mode);
+                if mode != camera.mode {
+                    camera.mode = mode;
+                }
+            }
+            ui.collapsing("Keys", help);
+        });
+    Ok(())
+}
+
+/// One button for each scene.
+fn scenes(ui: &mut egui::Ui, scene: &State<DemoScene>, next: &mut NextState<DemoScene>) {
+    ui.horizontal_wrapped(|ui| {
+        for choice in DemoScene::ALL {
+            if ui.selectable_label(*scene.get() == choice, choice.title()).clicked() && *scene.get() != choice {
+                next.set(choice);
+            }
+        }
+    });
+}
+
+/// What the skater may do.
+pub(crate) fn acts(ui: &mut egui::Ui, chosen: &mut Act) {
+    for act in [Act::Program, Act::Steer, Act::Clip] {
+        ui.radio_value(chosen, act, act.title());
+    }
+    ui.add_space(4.0);
+    for k in 0..SKILLS.len() {
+        ui.radio_value(chosen, Act::Skill(k), Act::Skill(k).title());
+    }
+}
+
+/// Wishes that need no keys: speed, turns and the jump.
+fn wishes(ui: &mut egui::Ui, steering: &mut Mut<Steering>) {
+    let mut speed = steering.speed;
+    if ui.add(egui::Slider::new(&mut speed, 1.0..=4.0).text("m/s")).changed() {
+        steering.speed = speed;
+    }
+    ui.horizontal(|ui| {
+        for (title, name) in
+            [("Backwards", "forward_three_turn"), ("Forwards", "backward_three_turn"), ("Jump", "double_salchow")]
+        {
+            if ui.button(title).clicked() {
+                steering.perform = Some(name.into());
+            }
+        }
+    });
+}
+
+/// Poses and the slope of the foot lab.
+fn lab(ui: &mut egui::Ui, lab: &mut ResMut<FootLab>) {
+    ui.label("Pose");
+    let mut pose = lab.pose;
+    for (k, (name, _)) in POSES.iter().enumerate() {
+        ui.radio_value(&mut pose, k, *name);
+    }
+    if pose != lab.pose {
+        lab.pose = pose;
+    }
+    let mut slope = lab.slope;
+    ui.label("Slope of the floor, degrees");
+    ui.add(egui::Slider::new(&mut slope.x, -STEEPEST..=STEEPEST).text("sideways"));
+    ui.add(egui::Slider::new(&mut slope.y, -STEEPEST..=STEEPEST).text("ahead"));
+    if ui.button("Level").clicked() {
+        slope = Vec2::ZERO;
+    }
+    if slope != lab.slope {
+        lab.slope = slope;
+    }
+    ui.weak("Right drag pulls at a limb.");
+}
+
+/// The live count.
+fn crowd(ui: &mut egui::Ui, count: &CrowdCount) {
+    ui.heading(format!("{} skaters", count.skaters));
+    ui.label(format!("stepping takes {:.0} % of the time", 100.0 * count.load));
+    if count.load > 0.0 {
+        ui.label(format!("room for about {:.0}", count.capacity()));
+    }
+    let state = match (count.fixed, count.full) {
+        (true, _) => "as many as were asked for",
+        (false, true) => "full",
+        (false, false) => "growing",
+    };
+    ui.weak(state);
+}
+
+/// The kinds of camera.
+fn cameras(ui: &mut egui::Ui, mode: &mut CameraMode) {
+    ui.horizontal(|ui| {
+        for (choice, title) in
+            [(CameraMode::Orbit, "Orbit"), (CameraMode::Follow, "Follow"), (CameraMode::Free, "Free")]
+        {
+            ui.selectable_value(mode, choice, title);
+        }
+    });
+}
+
+/// The keys.
+fn help(ui: &mut egui::Ui) {
+    egui::Grid::new("athlete_keys").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
+        for (key, meaning) in KEYS {
+            ui.strong(key);
+            ui.label(meaning);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,227 @@
+//! The rink: a skater that performs what the menu says, or goes where the arrow keys point.
+
+use crate::app::props::Props;
+use crate::app::rink::HALF;
+use crate::app::scenes::{DemoScene, scene_root};
+use crate::app::window::Stage;
+use crate::engine::{
+    Athlete, AthleteBody, AthleteController, AthleteForces, AthleteGhost, AthleteGizmos, AthleteHistory,
+    AthleteSettings, AthleteWorld, CharacterAsset, ControlAsset, SkatingProgram, SkillController, Steering,
+};
+use bevy::prelude::*;
+use bevy_egui::input::{EguiWantsInput, egui_wants_any_keyboard_input};
+
+/// The skills that ship; the first is where steering begins.
+pub(crate) const SKILLS: [&str; 6] = [
+    "stroking",
+    "forward_crossover",
+    "backward_crossover",
+    "forward_three_turn",
+    "backward_three_turn",
+    "double_salchow",
+];
+/// So near to the boards a steered skater is turned back, m.
+const NEAR_BOARDS: f32 = 5.0;
+
+/// What the skater on the rink does.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// The reconstructed control, beside the motion it follows.
+    Clip,
+    /// The short program.
+    Program,
+    /// Where the player points.
+    Steer,
+    /// One skill, by its index among those that ship.
+    Skill(usize),
+}
+
+impl Act {
+    /// The act of this name: `clip`, `program`, `steer`, or a skill.
+    pub fn of_name(name: &str) -> Option<Self> {
+        match name {
+            "clip" => Some(Self::Clip),
+            "program" => Some(Self::Program),
+            "steer" => Some(Self::Steer),
+            skill => SKILLS.iter().position(|s| *s == skill).map(Self::Skill),
+        }
+    }
+
+    /// All names that [`Act::of_name`] knows.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        ["clip", "program", "steer"].into_iter().chain(SKILLS)
+    }
+
+    /// Its title in the menu.
+    pub fn title(self) -> String {
+        match self {
+            Self::Clip => "Reconstructed clip".into(),
+            Self::Program => "Short program".into(),
+            Self::Steer => "Steer it yourself".into(),
+            Self::Skill(k) => skill_title(SKILLS.get(k).copied().unwrap_or_default()),
+        }
+    }
+}
+
+/// A skill's name as a title.
+pub(crate) fn skill_title(name: &str) -> String {
+    let mut title = name.replace('_', " ");
+    if let Some(first) = title.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    title
+}
+
+/// What is drawn beside and over the skater.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Overlays {
+    pub ghost: bool,
+    pub edges: bool,
+}
+
+impl Default for Overlays {
+    fn default() -> Self {
+        Self { ghost: true, edges: false }
+    }
+}
+
+/// The skater of the rink.
+#[derive(Component)]
+pub(crate) struct RinkSkater;
+
+pub(crate) struct SkatingPlugin;
+
+impl Plugin for SkatingPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Overlays>()
+            .add_systems(OnEnter(DemoScene::Rink), (enter, spawn_skater).chain())
+            .add_systems(
+                Update,
+                (
+                    steer.run_if(resource_exists::<EguiWantsInput>.and_then(not(egui_wants_any_keyboard_input))),
+                    respawn.run_if(resource_changed::<Act>.or_else(resource_changed::<Overlays>)),
+                )
+                    .chain()
+                    .run_if(in_state(DemoScene::Rink)),
+            );
+    }
+}
+
+fn enter(mut commands: Commands, stage: Res<Stage>, mut props: Props) {
+    let root = scene_root(&mut commands, DemoScene::Rink);
+    let middle = stage.control.middle().as_vec3();
+    props.rink(&mut commands, root, middle, stage.options.low);
+    commands.insert_resource(AthleteWorld(stage.control.world.clone()));
+}
+
+fn spawn_skater(
+    mut commands: Commands,
+    stage: Res<Stage>,
+    act: Res<Act>,
+    overlays: Res<Overlays>,
+    assets: Res<AssetServer>,
+    mut characters: ResMut<Assets<CharacterAsset>>,
+    mut controls: ResMut<Assets<ControlAsset>>,
+) {
+    let middle = stage.control.middle().as_vec3();
+    let mut skater = commands.spawn((
+        RinkSkater,
+        DespawnOnExit(DemoScene::Rink),
+        Athlete(characters.add(CharacterAsset { model: stage.control.model.clone() })),
+        AthleteSettings { restart_after: Some(1.5), ..default() },
+        AthleteHistory::default(),
+        AthleteForces::default(),
+    ));
+    if overlays.ghost {
+        let offset = if *act == Act::Clip { AthleteGhost::default().offset } else { Vec3::ZERO };
+        skater.insert(AthleteGhost { offset, ..default() });
+    }
+    if overlays.edges {
+        skater.insert(AthleteGizmos::default());
+    }
+    let skill = |name: &str| assets.load(format!("skills/skating/{name}/{name}.skill.ron"));
+    match *act {
+        Act::Clip => {
+            let control = controls.add(ControlAsset { control: stage.control.control.clone() });
+            skater.insert(AthleteController::Play(control));
+        }
+        Act::Program => {
+            let program = SkatingProgram(assets.load("skills/skating/short_program.program.ron"));
+            skater.insert((program, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 8.0))));
+        }
+        Act::Steer => {
+            let steering = Steering::new(SKILLS.iter().map(|name| skill(name)).collect());
+            skater.insert((steering, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 6.0))));
+        }
+        Act::Skill(k) => {
+            let place = Transform::from_translation(middle + Vec3::new(0.0, 0.0, if k == 0 { 20.0 } else { 4.0 }));
+            skater.insert((SkillController::new(skill(SKILLS[k.min(SKILLS.len() - 1)])), place));
+        }
+    }
+}
+
+fn respawn(mut commands: Commands, skaters: Query<Entity, With<RinkSkater>>) {
+    for skater in &skaters {
+        commands.entity(skater).despawn();
+    }
+    commands.run_system_cached(spawn_skater);
+}
+
+/// Arrow keys or the left stick; T, B and J turn and jump. The first touch of an arrow takes the skater over.
+fn steer(
+    keys: Res<ButtonInput<KeyCode>>,
+    gamepads: Query<&Gamepad>,
+    stage: Res<Stage>,
+    mut act: ResMut<Act>,
+    cameras: Query<&GlobalTransform, With<Camera3d>>,
+    mut skaters: Query<(&Transform, Option<&AthleteBody>, Option<&mut Steering>), With<RinkSkater>>,
+) {
+    let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
+    let mut stick =
+        Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
+    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>();
+    let pressed = |key, button| keys.just_pressed(key) || gamepads.iter().any(|g| g.just_pressed(button));
+    let perform = if pressed(KeyCode::KeyT, GamepadButton::West) {
+        Some("forward_three_turn")
+    } else if pressed(KeyCode::KeyB, GamepadButton::East) {
+        Some("backward_three_turn")
+    } else if pressed(KeyCode::KeyJ, GamepadButton::South) {
+        Some("double_salchow")
+    } else {
+        None
+    };
+    if *act != Act::Steer {
+        if stick != Vec2::ZERO {
+            *act = Act::Steer;
+        }
+        return;
+    }
+    let Some(camera) = cameras.iter().next() else { return };
+    for (transform, body, steering) in &mut skaters {
+        let Some(mut steering) = steering else { continue };
+        if let Some(name) = perform {
+            steering.perform = Some(name.into());
+        }
+        let ahead = camera.forward().as_vec3().with_y(0.0).normalize_or_zero();
+        let right = Vec3::new(-ahead.z, 0.0, ahead.x);
+        let velocity = body.map_or(Vec3::ZERO, |body| body.root_velocity().as_vec3().with_y(0.0));
+        let from_middle = transform.translation - stage.control.middle().as_vec3();
+        let mut wanted = ahead * stick.y + right * stick.x;
+        if outward(from_middle, velocity) {
+            // Back to the middle before the boards.
+            wanted = -from_middle.with_y(0.0);
+        } else if wanted == Vec3::ZERO && !outward(from_middle, steering.direction) {
+            // Without a wish the last one goes on.
+            wanted = steering.direction;
+        }
+        if steering.direction != wanted {
+            steering.direction = wanted;
+        }
+    }
+}
+
+/// Whether a place near the boards is being left in their direction.
+fn outward(from_middle: Vec3, direction: Vec3) -> bool {
+    let beyond = |x: f32, half: f32, v: f32| x.abs() > half - NEAR_BOARDS && x * v > 0.0;
+    beyond(from_middle.x, HALF.x, direction.x) || beyond(from_middle.z, HALF.y, direction.z)
+}
