@@ -68,8 +68,8 @@ fn crowd(count: usize) {
         }
     }
     println!("{count} skaters with their policies, 1200 steps per second, 64 ticks per second, one thread:");
-    for (name, times) in [("each alone", &mut times[0]), ("in lanes of four", &mut times[1])] {
-        let (least, median) = least_and_median(times);
+    for (name, mut times) in ["each alone", "in lanes of four"].into_iter().zip(times) {
+        let (least, median) = least_and_median(&mut times);
         let per = |time: f64| time / count as f64;
         let held = |time: f64| 15_625.0 / per(time);
         println!(
