@@ -37,6 +37,10 @@ fn app(frame: Duration) -> (App, Handle<CharacterAsset>, Vec<Handle<SkillAsset>>
     let skill = |name: &str| server.load::<SkillAsset>(format!("skills/skating/{name}/{name}.skill.ron"));
     let skills = ["stroking", "forward_crossover", "backward_crossover"].map(skill).to_vec();
     while !skills.iter().all(|s| server.is_loaded_with_dependencies(s)) {
+        assert!(
+            !skills.iter().any(|s| server.load_state(s).is_failed()),
+            "run it by cargo: it reads the crate's assets"
+        );
         app.update();
         std::thread::sleep(Duration::from_millis(5));
     }
