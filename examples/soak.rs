@@ -32,6 +32,10 @@ fn main() {
     let skill = |name: &str| server.load::<SkillAsset>(format!("skills/skating/{name}/{name}.skill.ron"));
     let skills = ["stroking", "forward_crossover"].map(skill);
     while !skills.iter().all(|s| server.is_loaded_with_dependencies(s)) {
+        assert!(
+            !skills.iter().any(|s| server.load_state(s).is_failed()),
+            "run it by cargo: it reads the crate's assets"
+        );
         app.update();
         std::thread::sleep(Duration::from_millis(5));
     }

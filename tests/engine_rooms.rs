@@ -190,12 +190,13 @@ fn mixed(app: &mut App, count: usize) -> Vec<Entity> {
     (0..count)
         .map(|k| {
             let athlete = app.world_mut().spawn((Athlete(file.clone()), place(k))).id();
+            let mut entity = app.world_mut().entity_mut(athlete);
             match k % 4 {
-                0 | 1 => app.world_mut().entity_mut(athlete).insert(SkillController::new(skills[k % 2].clone())),
-                2 => app.world_mut().entity_mut(athlete).insert(AthleteController::Play(control.clone())),
+                0 | 1 => entity.insert(SkillController::new(skills[k % 2].clone())),
+                2 => entity.insert(AthleteController::Play(control.clone())),
                 _ => {
                     let steering = Steering { direction: Vec3::X, ..Steering::new(skills.to_vec()) };
-                    app.world_mut().entity_mut(athlete).insert(steering)
+                    entity.insert(steering)
                 }
             };
             if k % 3 == 0 {

@@ -231,6 +231,109 @@ fn a_restored_snapshot_goes_on_with_the_same_bits() {
     assert!(prints[0] == prints[1] && prints[0] == prints[2]);
 }
 
+#[test]
+fn characters_go_into_lanes_and_come_out_again_with_the_bits_of_scalar_runs() {
+    let model = preset("skater").unwrap();
+    let new = |k: u64| {
+        let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+        place(&mut sim, 0, k);
+        sim.friction_scale = 0.5 + 0.5 * k as f64;
+        sim
+    };
+    let target = |sim: &mut Simulator<f64>, k: u64, at: usize| {
+        let mut random = RandomStream::new(20 + k, at as u64);
+        sim.commands.iter_mut().skip(1).for_each(|c| {
+            c.rotation = bevy_athlete::math::Quat::splat(random_rotation(&mut random, 0.3));
+        });
+    };
+    let world = World::ice();
+    let mut alone: Vec<Simulator<f64>> = (0..4).map(new).collect();
+    let mut guests: Vec<Simulator<f64>> = (0..4).map(new).collect();
+    // Used before for something else: nothing of it may show.
+    let mut lanes = Simulator::<F64x4>::new(model.clone(), SimulationSettings::of(&model));
+    (0..40).for_each(|_| step(&mut lanes, &world));
+    for visit in 0..20 {
+        for (lane, guest) in guests.iter().enumerate() {
+            lanes.put_lane(lane, guest, 0);
+        }
+        for at in 0..19 {
+            for k in 0..4 {
+                if (at + k) % 7 == 0 {
+                    target(&mut alone[k], k as u64, 100 * visit + at);
+                    target(&mut guests[k], k as u64, 100 * visit + at);
+                    lanes.put_commands(k, &guests[k], 0);
+                }
+                step(&mut alone[k], &world);
+            }
+            step(&mut lanes, &world);
+        }
+        for (k, guest) in guests.iter_mut().enumerate() {
+            guest.take_lane(&lanes, k);
+            assert_eq!(guest.state.fingerprint(0), alone[k].state.fingerprint(0), "guest {k}, visit {visit}");
+            for link in 1..model.links.len() {
+                assert_eq!(guest.joint_torque(link).lane(0), alone[k].joint_torque(link).lane(0));
+            }
+            for blade in 0..model.blades.len() {
+                assert_eq!(guest.blade_lean(blade, 0), alone[k].blade_lean(blade, 0));
+                assert_eq!(guest.blade_edge(blade, 0), alone[k].blade_edge(blade, 0));
+            }
+            assert!(!guest.terrain_failed(0));
+        }
+    }
+}
+
+#[test]
+fn a_change_of_rate_keeps_the_forces() {
+    let model = preset("skater").unwrap();
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let world = World::ice();
+    (0..600).for_each(|_| step(&mut sim, &world));
+    let weight = model.mass() * 9.81;
+    let force =
+        |sim: &Simulator<f64>| (0..model.contact_points.len()).map(|p| sim.contact_force(p, 0).y).sum::<f64>() / weight;
+    let before = force(&sim);
+    for rate in [600.0, 1200.0] {
+        sim.change_rate(rate);
+        let warm = force(&sim);
+        step(&mut sim, &world);
+        println!(
+            "{rate} Hz: {before:.4} of the weight before, {warm:.4} as warm start, {:.4} after a step",
+            force(&sim)
+        );
+        assert!((warm - before).abs() < 0.01 && (force(&sim) - before).abs() < 0.05);
+        assert!((sim.step_seconds() * rate - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn an_answer_that_is_no_number_is_noticed_in_its_lane_alone() {
+    let model = preset("skater").unwrap();
+    let mut sim = Simulator::<F64x4>::new(model.clone(), SimulationSettings::of(&model));
+    for lane in 0..4 {
+        let place = sim.state.root_position.lane(lane) + DVec3::X * 10.0 * lane as f64;
+        sim.state.root_position.set_lane(lane, place);
+    }
+    sim.state_changed();
+    // A slab under lane 2 whose velocity is no number.
+    let center = DVec3::new(20.0, -0.049, 0.0);
+    let half_extents = DVec3::new(2.0, 0.05, 2.0);
+    let slab = Geometry::Box { center, half_extents, rotation: DQuat::IDENTITY };
+    let mut world = World::ice();
+    world.solids.push(Solid { linear_velocity: DVec3::splat(f64::NAN), ..Solid::fixed(slab, Surface::ICE) });
+    step(&mut sim, &world);
+    let failed: Vec<bool> = (0..4).map(|lane| sim.terrain_failed(lane)).collect();
+    assert_eq!(failed, [false, false, true, false]);
+    let sane: Vec<bool> = (0..4).map(|lane| sim.is_sane(lane)).collect();
+    assert_eq!(sane, [true, true, false, true]);
+    // A bad body in a sound world is not the terrain's fault.
+    sim.forget_terrain_failures();
+    step(&mut sim, &World::ice());
+    assert!((0..4).all(|lane| !sim.terrain_failed(lane)));
+    // An empty world answers, too.
+    step(&mut sim, &World::empty());
+    assert!((0..4).all(|lane| !sim.terrain_failed(lane)));
+}
+
 /// Accelerations of all links under the wrench `w` on link `on`, and what the contact stages need.
 fn accelerations(
     model: &CharacterModel,

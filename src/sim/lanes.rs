@@ -24,9 +24,16 @@ impl<R: Real> Simulator<R> {
         for (mine, theirs) in self.commands.iter_mut().zip(&other.commands).skip(1) {
             mine.rotation.set_lane(to, theirs.rotation.lane(from));
             mine.velocity.set_lane(to, theirs.velocity.lane(from));
-            mine.torque.set_lane(to, theirs.torque.lane(from));
-            mine.kp.set_lane(to, theirs.kp.lane(from));
-            mine.kd.set_lane(to, theirs.kd.lane(from));
+            // These seldom change, and to write a lane costs more than to read one.
+            let torque = theirs.torque.lane(from);
+            if mine.torque.lane(to) != torque {
+                mine.torque.set_lane(to, torque);
+            }
+            for (mine, theirs) in [(&mut mine.kp, theirs.kp), (&mut mine.kd, theirs.kd)] {
+                if mine.lane(to) != theirs.lane(from) {
+                    mine.set_lane(to, theirs.lane(from));
+                }
+            }
         }
     }
 
