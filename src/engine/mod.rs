@@ -98,5 +98,7 @@ pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
 pub use poses::LinkPoses;
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
+#[cfg(feature = "ui")]
+pub(crate) use visuals::shape_mesh;
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, LinkVisual};

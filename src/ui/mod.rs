@@ -9,6 +9,7 @@
 //! | [`plots`] | [`History`] | speed, height, lean, forces, step cost over the last seconds |
 //! | [`disturbance`] | [`Disturbance`] | pushes, friction, slope, gravity |
 //! | [`contact_plate`] | [`PlateView`] | the points of each foot that touch, the edge of each blade |
+//! | [`pose_editor`](editor::pose_editor) | [`PoseEditor`](editor::PoseEditor) | key poses: sliders, undo, simulate, train |
 //! | [`training_monitor`] | [`TrainingMonitor`] | the curve file of a run, as it grows |
 //!
 //! # Resources
@@ -16,6 +17,7 @@
 
 mod curve_file;
 mod disturbance;
+pub mod editor;
 mod history;
 mod inspector;
 mod inspector_view;

@@ -2,6 +2,7 @@
 
 use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, LinkPoses};
 use crate::ui::disturbance::{Disturbance, disturbance};
+use crate::ui::editor::{EditorPreviewPlugin, PoseEditorState, pose_editor};
 use crate::ui::history::{History, Sample};
 use crate::ui::inspector::inspector;
 use crate::ui::inspector_view::InspectorView;
@@ -147,10 +148,11 @@ impl Plugin for AthletePanelsPlugin {
                     sample.after(WriteBack),
                 ),
             )
+            .add_plugins(EditorPreviewPlugin)
             .add_systems(Update, select)
             .add_systems(
                 EguiPrimaryContextPass,
-                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_monitor).chain(),
+                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_editor, show_monitor).chain(),
             );
     }
 }
@@ -342,6 +344,17 @@ fn show_monitor(
 ) -> Result {
     panel_window(&mut panels, Panel::Monitor, [500.0, 120.0], [420.0, 420.0], contexts.ctx_mut()?, |ui| {
         training_monitor(ui, &mut monitor.bypass_change_detection().0);
+    });
+    Ok(())
+}
+
+fn show_editor(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    mut editor: ResMut<PoseEditorState>,
+) -> Result {
+    panel_window(&mut panels, Panel::Editor, [14.0, 60.0], [380.0, 620.0], contexts.ctx_mut()?, |ui| {
+        pose_editor(ui, &mut editor.bypass_change_detection().0);
     });
     Ok(())
 }
