@@ -42,3 +42,8 @@ pub use plugin::{
     AthletePanels, AthletePanelsPlugin, DisturbanceState, MonitorState, Panel, SelectedHistory, panel_menu,
 };
 pub use push_systems::ActiveDisturbances;
+
+/// The code of the guide is compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/panels.md")]
+struct PanelsGuide;

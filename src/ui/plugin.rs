@@ -152,7 +152,8 @@ impl Plugin for AthletePanelsPlugin {
             .add_systems(Update, select)
             .add_systems(
                 EguiPrimaryContextPass,
-                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_editor, show_monitor).chain(),
+                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_editor, show_monitor)
+                    .chain(),
             );
     }
 }

@@ -7,8 +7,19 @@ use std::path::{Path, PathBuf};
 
 /// Fields that the crate reads of a file and of a pose; others are kept and named in [`PoseDocument::unknown_fields`].
 const FILE_FIELDS: &[&str] = &[
-    "name", "character", "speed", "curvature", "acceleration", "mass_on_path", "seconds", "poses", "mirrored", "repeat",
-    "frame_rate", "windows", "optimize",
+    "name",
+    "character",
+    "speed",
+    "curvature",
+    "acceleration",
+    "mass_on_path",
+    "seconds",
+    "poses",
+    "mirrored",
+    "repeat",
+    "frame_rate",
+    "windows",
+    "optimize",
 ];
 const POSE_FIELDS: &[&str] = &["lateral", "height", "turn", "airborne", "root", "joints"];
 
@@ -403,7 +414,11 @@ impl From<SpanFault> for DocumentError {
 }
 
 fn no_pose(pose: usize, poses: usize) -> DocumentError {
-    DocumentError::Edit { place: format!("pose {pose}"), found: "not there".into(), valid: format!("0 to {}", poses.max(1) - 1) }
+    DocumentError::Edit {
+        place: format!("pose {pose}"),
+        found: "not there".into(),
+        valid: format!("0 to {}", poses.max(1) - 1),
+    }
 }
 
 fn syntax(text: &str, path: &Path, fault: &SpanFault) -> DocumentError {
@@ -527,7 +542,8 @@ mod tests {
 
     #[test]
     fn the_fields_that_count_as_known_are_those_that_are_read() {
-        let poses = KeyPoses::from_ron("(name: \"a\", character: \"b\", speed: 0, seconds: [], poses: [()])", "a").unwrap();
+        let poses =
+            KeyPoses::from_ron("(name: \"a\", character: \"b\", speed: 0, seconds: [], poses: [()])", "a").unwrap();
         for (text, known) in [
             (ron::to_string(&poses).unwrap(), FILE_FIELDS),
             (ron::to_string(&KeyPose::default()).unwrap(), POSE_FIELDS),

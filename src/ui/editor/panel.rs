@@ -6,7 +6,9 @@ use crate::ui::editor::job::JOBS_CAN_RUN;
 use crate::ui::editor::state::PoseEditor;
 use crate::ui::marks::{ALARM, fault};
 use crate::ui::monitor::chart;
-use bevy_egui::egui::{self, Button, CollapsingHeader, DragValue, Grid, ProgressBar, ScrollArea, Slider, SliderClamping, TextEdit};
+use bevy_egui::egui::{
+    self, Button, CollapsingHeader, DragValue, Grid, ProgressBar, ScrollArea, Slider, SliderClamping, TextEdit,
+};
 use std::path::{Path, PathBuf};
 
 /// Folder below which key-pose files are offered.
@@ -48,7 +50,10 @@ pub fn pose_editor(ui: &mut egui::Ui, editor: &mut PoseEditor) {
     ui.separator();
     pose_list(ui, editor, &mut changes);
     ui.separator();
-    ScrollArea::vertical().id_salt("pose fields").auto_shrink([false, true]).show(ui, |ui| fields(ui, editor, &mut changes));
+    ScrollArea::vertical()
+        .id_salt("pose fields")
+        .auto_shrink([false, true])
+        .show(ui, |ui| fields(ui, editor, &mut changes));
     for change in changes {
         editor.change(change);
     }
@@ -183,21 +188,22 @@ fn number(response: &egui::Response, pose: usize, field: PoseField, value: f64, 
 fn fields(ui: &mut egui::Ui, editor: &PoseEditor, changes: &mut Vec<Change>) {
     let (Some(document), Some(model)) = (editor.document(), editor.model()) else { return };
     let pose = editor.selected;
-    let slider = |ui: &mut egui::Ui, label: &str, field: PoseField, range: (f64, f64), unit: &str, changes: &mut Vec<Change>| {
-        let Some(mut value) = document.value(pose, &field) else { return };
-        let outside = value < range.0 || value > range.1;
-        if outside {
-            ui.colored_label(ALARM, label);
-        } else {
-            ui.label(label);
-        }
-        let decimals = if unit == "\u{b0}" { 1 } else { 3 };
-        let slider = Slider::new(&mut value, range.0..=range.1).clamping(SliderClamping::Edits);
-        let response = ui.add(slider.max_decimals(decimals).suffix(unit));
-        let response = if outside { response.on_hover_text("outside the joint's range") } else { response };
-        number(&response, pose, field, value, changes);
-        ui.end_row();
-    };
+    let slider =
+        |ui: &mut egui::Ui, label: &str, field: PoseField, range: (f64, f64), unit: &str, changes: &mut Vec<Change>| {
+            let Some(mut value) = document.value(pose, &field) else { return };
+            let outside = value < range.0 || value > range.1;
+            if outside {
+                ui.colored_label(ALARM, label);
+            } else {
+                ui.label(label);
+            }
+            let decimals = if unit == "\u{b0}" { 1 } else { 3 };
+            let slider = Slider::new(&mut value, range.0..=range.1).clamping(SliderClamping::Edits);
+            let response = ui.add(slider.max_decimals(decimals).suffix(unit));
+            let response = if outside { response.on_hover_text("outside the joint's range") } else { response };
+            number(&response, pose, field, value, changes);
+            ui.end_row();
+        };
     CollapsingHeader::new("The way").show(ui, |ui| {
         Grid::new("file fields").num_columns(2).show(ui, |ui| {
             slider(ui, "speed", PoseField::Speed, (-10.0, 10.0), " m/s", changes);
@@ -220,7 +226,8 @@ fn fields(ui: &mut egui::Ui, editor: &PoseEditor, changes: &mut Vec<Change>) {
             Grid::new(("joint fields", &link.name)).num_columns(2).show(ui, |ui| {
                 for (k, label) in ["x", "y", "z"].into_iter().enumerate() {
                     if moves(link, k) {
-                        let range = link.limits.map_or((-180.0, 180.0), |l| (l.low[k].to_degrees(), l.high[k].to_degrees()));
+                        let range =
+                            link.limits.map_or((-180.0, 180.0), |l| (l.low[k].to_degrees(), l.high[k].to_degrees()));
                         slider(ui, label, PoseField::Joint(link.name.clone(), k), range, "\u{b0}", changes);
                     }
                 }
@@ -250,7 +257,8 @@ fn jobs(ui: &mut egui::Ui, editor: &mut PoseEditor) {
             .add_enabled(ready && idle.1, Button::new("Train"))
             .on_hover_text("learn a policy that follows the simulated motion, or the poses where there is none")
             .clicked();
-        if editor.performance().1.is_some() && ui.button("Hide").on_hover_text("the athlete beside the ghost").clicked() {
+        if editor.performance().1.is_some() && ui.button("Hide").on_hover_text("the athlete beside the ghost").clicked()
+        {
             editor.end_performance();
         }
         if !JOBS_CAN_RUN {
@@ -285,14 +293,20 @@ fn training(ui: &mut egui::Ui, editor: &mut PoseEditor) {
             if ui.add_enabled(!job.is_cancelled(), Button::new("Cancel")).clicked() {
                 job.cancel();
             }
-            if ui.add_enabled(!judging && !editor.curve().is_empty(), Button::new("Finish")).on_hover_text("keep what has been learnt").clicked() {
+            if ui
+                .add_enabled(!judging && !editor.curve().is_empty(), Button::new("Finish"))
+                .on_hover_text("keep what has been learnt")
+                .clicked()
+            {
                 job.finish();
             }
             let part = (last.seconds / editor.plan.seconds.max(1e-9)) as f32;
             let text = match (job.is_cancelled(), judging) {
                 (true, _) => "stops".into(),
                 (_, true) => "measures its card".into(),
-                _ => format!("{:.0} s, trials of {:.1} s, {:.0} % fail", last.seconds, last.length, 100.0 * last.failed),
+                _ => {
+                    format!("{:.0} s, trials of {:.1} s, {:.0} % fail", last.seconds, last.length, 100.0 * last.failed)
+                }
             };
             ui.add(ProgressBar::new(part).text(text));
         });
@@ -300,7 +314,9 @@ fn training(ui: &mut egui::Ui, editor: &mut PoseEditor) {
         CollapsingHeader::new("How to train").show(ui, |ui| {
             Grid::new("train plan").num_columns(2).show(ui, |ui| {
                 ui.label("at most");
-                ui.add(Slider::new(&mut editor.plan.seconds, 10.0..=3600.0).logarithmic(true).max_decimals(0).suffix(" s"));
+                ui.add(
+                    Slider::new(&mut editor.plan.seconds, 10.0..=3600.0).logarithmic(true).max_decimals(0).suffix(" s"),
+                );
                 ui.end_row();
                 ui.label("or until");
                 let mut percent = 100.0 * editor.plan.until;

@@ -91,7 +91,8 @@ impl Patcher {
     pub fn duplicate(&mut self, sequence: &Sequence, index: usize) -> Result<(), SpanFault> {
         let (text, chunk) = self.with_comma(sequence, index);
         // In a line, a blank goes between the two.
-        let gap = if text.starts_with(char::is_whitespace) || self.text[..chunk.start].ends_with('\n') { "" } else { " " };
+        let gap =
+            if text.starts_with(char::is_whitespace) || self.text[..chunk.start].ends_with('\n') { "" } else { " " };
         let both = format!("{text}{gap}{text}");
         self.replace(chunk, &both)
     }
@@ -136,7 +137,11 @@ impl Patcher {
         let rest = &self.text[from..];
         let line = rest.find('\n').map_or(rest, |end| &rest[..end]);
         let blank = line.trim_start();
-        if line.len() < rest.len() && (blank.is_empty() || blank.starts_with("//")) { from + line.len() + 1 } else { from }
+        if line.len() < rest.len() && (blank.is_empty() || blank.starts_with("//")) {
+            from + line.len() + 1
+        } else {
+            from
+        }
     }
 
     /// The text without the entries of these names.

@@ -67,10 +67,7 @@ impl Plugin for EditorPreviewPlugin {
                     .before(bevy::transform::TransformSystems::Propagate)
                     .run_if(resource_exists::<Assets<Mesh>>.and_then(resource_exists::<Assets<StandardMaterial>>)),
             )
-            .add_systems(
-                PostUpdate,
-                draw_marks.run_if(resource_exists::<bevy::gizmos::config::GizmoConfigStore>),
-            );
+            .add_systems(PostUpdate, draw_marks.run_if(resource_exists::<bevy::gizmos::config::GizmoConfigStore>));
     }
 }
 
@@ -234,12 +231,7 @@ fn place_ghost(
 }
 
 /// A cross on the ground at each point that touches, while the ghost stands in the pose.
-fn draw_marks(
-    panels: Res<AthletePanels>,
-    editor: Res<PoseEditorState>,
-    stage: Res<EditorStage>,
-    mut gizmos: Gizmos,
-) {
+fn draw_marks(panels: Res<AthletePanels>, editor: Res<PoseEditorState>, stage: Res<EditorStage>, mut gizmos: Gizmos) {
     if !panels.is_open(Panel::Editor) || editor.playing || editor.performance().1.is_some() {
         return;
     }

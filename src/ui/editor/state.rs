@@ -146,7 +146,8 @@ impl PoseEditor {
             names.extend(self.models.iter().map(|m| m.name.as_str()));
             return self.complain(format!("no character `{name}`; valid: {}", names.join(", ")));
         };
-        let (models, plan, folder) = (std::mem::take(&mut self.models), self.plan.clone(), std::mem::take(&mut self.folder));
+        let (models, plan, folder) =
+            (std::mem::take(&mut self.models), self.plan.clone(), std::mem::take(&mut self.folder));
         let performances = self.performances + 1;
         *self = Self {
             path: document.path().display().to_string(),
@@ -206,7 +207,11 @@ impl PoseEditor {
     /// Takes the last change back, or makes it again.
     pub fn step_history(&mut self, redo: bool) {
         if let Some(document) = &mut self.document {
-            if redo { document.redo() } else { document.undo() };
+            if redo {
+                document.redo()
+            } else {
+                document.undo()
+            };
             self.message = None;
             self.refresh();
         }
@@ -422,11 +427,5 @@ fn moving(poses: &KeyPoses) -> KeyPoses {
 fn standing(poses: &KeyPoses, index: usize) -> Option<KeyPoses> {
     let mut pose = poses.poses.get(index)?.clone();
     pose.airborne = false;
-    Some(KeyPoses {
-        seconds: vec![0.1],
-        poses: vec![pose],
-        mirrored: false,
-        repeat: 1,
-        ..moving(poses)
-    })
+    Some(KeyPoses { seconds: vec![0.1], poses: vec![pose], mirrored: false, repeat: 1, ..moving(poses) })
 }
