@@ -404,3 +404,24 @@ fn the_selected_pose_stands_on_the_ground_and_its_points_are_marked() {
         }
     }
 }
+
+/// Minutes long: prints how long the two buttons take on this machine with what they do by default.
+#[test]
+#[ignore = "minutes long; run it with --ignored --nocapture"]
+fn the_buttons_by_default() {
+    let mut editor = PoseEditor::default();
+    editor.open(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/skills/skating/stroking/stroking.keyposes.ron"));
+    editor.folder = folder("by_default").display().to_string();
+    let began = Instant::now();
+    editor.simulate_by_default();
+    let longest = poll_until(&mut editor, "simulate", |e| e.simulating().is_none());
+    println!("simulate: {:.1} s, {:?}, longest poll {longest:?}", began.elapsed().as_secs_f64(), editor.message);
+    let began = Instant::now();
+    editor.train();
+    let longest = poll_until(&mut editor, "train", |e| e.training().is_none());
+    println!("train: {:.1} s, {:?}, longest poll {longest:?}", began.elapsed().as_secs_f64(), editor.message);
+    for i in editor.curve().iter().filter(|i| i.evaluation.is_some()) {
+        println!("{:6.1} s: trials of {:.2} s, {:?}", i.seconds, i.length, i.evaluation);
+    }
+    println!("{:?}", editor.learnt().map(|l| l.card.rows.clone()));
+}

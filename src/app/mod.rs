@@ -13,11 +13,13 @@
 //! | `tracks` | the lines that the blades leave |
 //! | `camera` | the orbit camera |
 //! | `panel` | the panel: a function of `&mut egui::Ui` |
+//! | `panels` | the panels of feature `ui` |
 
 mod camera;
 mod headless;
 mod options;
 mod panel;
+mod panels;
 mod reflection;
 mod rink;
 mod scene;

@@ -2,6 +2,7 @@
 
 use crate::app::camera::{OrbitCamera, follow, orbit};
 use crate::app::panel::{ShowPanel, show_panel};
+use crate::app::panels::add_panels;
 use crate::app::reflection::{make_images, place_images};
 use crate::app::rink::{RinkPlan, spawn_rink};
 use crate::app::scenery::{HAZE, spawn_scenery};
@@ -12,7 +13,6 @@ use crate::engine::{
     Athlete, AthleteController, AthleteGhost, AthletePlugins, AthleteReset, AthleteSettings, AthleteWorld,
     CharacterAsset, ControlAsset, PlaybackSpeed,
 };
-use crate::ui::{AthletePanels, AthletePanelsPlugin};
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
@@ -61,16 +61,14 @@ pub fn run_window(scene: DemoScene, options: &DemoOptions) -> ExitCode {
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
-        app.add_plugins((plugins, EguiPlugin::default(), AthletePanelsPlugin))
-            .insert_resource(AthletePanels { open: options.panels.clone(), ..default() })
-            .add_systems(EguiPrimaryContextPass, show_panel)
-            .add_systems(
-                Update,
-                (
-                    keys.run_if(not(egui_wants_any_keyboard_input)),
-                    orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
-                ),
-            );
+        app.add_plugins((plugins, EguiPlugin::default())).add_systems(EguiPrimaryContextPass, show_panel).add_systems(
+            Update,
+            (
+                keys.run_if(not(egui_wants_any_keyboard_input)),
+                orbit.run_if(not(egui_wants_any_pointer_input)).before(follow),
+            ),
+        );
+        add_panels(&mut app, options);
     }
     app.add_plugins(AthletePlugins)
         .insert_resource(AthleteWorld(scene.world.clone()))

@@ -278,7 +278,7 @@ fn show_inspector(
         return Ok(());
     }
     let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(|(body, poses)| InspectorView::of(body, poses));
-    panel_window(&mut panels, Panel::Inspector, [14.0, 240.0], [360.0, 440.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Inspector, [14.0, 352.0], [350.0, 380.0], contexts.ctx_mut()?, |ui| {
         inspector(ui, view.as_ref());
     });
     Ok(())
@@ -309,7 +309,7 @@ fn show_disturbance(
     let before = friction;
     let state = &mut state.bypass_change_detection().0;
     let mut wish = None;
-    panel_window(&mut panels, Panel::Disturbance, [390.0, 70.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Disturbance, [372.0, 14.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
         wish = Some(disturbance(ui, state, &links, friction.as_mut()));
     });
     let Some(wish) = wish else { return Ok(()) };
@@ -332,7 +332,7 @@ fn show_plate(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, bod
         return Ok(());
     }
     let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(PlateView::of);
-    panel_window(&mut panels, Panel::ContactPlate, [390.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::ContactPlate, [372.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
         contact_plate(ui, view.as_ref());
     });
     Ok(())
@@ -354,7 +354,7 @@ fn show_editor(
     mut panels: ResMut<AthletePanels>,
     mut editor: ResMut<PoseEditorState>,
 ) -> Result {
-    panel_window(&mut panels, Panel::Editor, [14.0, 60.0], [380.0, 620.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Editor, [372.0, 14.0], [380.0, 640.0], contexts.ctx_mut()?, |ui| {
         pose_editor(ui, &mut editor.bypass_change_detection().0);
     });
     Ok(())
