@@ -32,7 +32,9 @@ cargo clippy --locked --all-targets -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
 
 stage "with the engine: tests, examples, the demo without a display"
-cargo test --locked --lib --examples --test bevy_plugin --test engine_snapshots --test engine_rooms --test engine_detail
+cargo test --locked --lib --examples --test bevy_plugin --test engine_snapshots --test engine_rooms --test engine_detail --test panels \
+    --test key_pose_editor
+cargo test --locked --doc -- ui::
 picture=$(mktemp --suffix .png)
 env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
 test -s "$picture"

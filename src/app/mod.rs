@@ -17,6 +17,7 @@
 //! | `touch` | fingers as a mouse |
 //! | `crowd` | more skaters, each with its policy |
 //! | `web` | wasm32: the demo in a page, and what it tells the page |
+//! | `panels` | the panels of feature `ui` |
 
 mod buttons;
 mod camera;
@@ -30,6 +31,7 @@ mod options;
 mod panel;
 mod props;
 mod pull;
+mod panels;
 mod reflection;
 mod rink;
 mod scene;

@@ -47,6 +47,12 @@ pub struct DemoOptions {
     /// Panels that are open at the start: inspector, plots, push, plate, editor, monitor.
     #[arg(long, value_name = "PANELS", value_delimiter = ',', value_parser = panel)]
     pub panels: Vec<Panel>,
+    /// Open these key poses (.keyposes.ron) in the editor.
+    #[arg(long, value_name = "FILE")]
+    pub key_poses: Option<PathBuf>,
+    /// Follow the training in this folder in the monitor.
+    #[arg(long, value_name = "FOLDER")]
+    pub follow_run: Option<PathBuf>,
     /// Camera azimuth at the start, degrees: 0 looks at the skater from behind, 180 from the front.
     #[arg(long, default_value_t = 145.0, allow_negative_numbers = true, value_name = "DEGREES")]
     pub azimuth: f32,

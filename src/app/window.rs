@@ -7,6 +7,7 @@ use crate::app::labels::paint_labels;
 use crate::app::menu::show_menu;
 use crate::app::news::NewsPlugin;
 use crate::app::panel::{ShowPanel, show_panel};
+use crate::app::panels::add_panels;
 use crate::app::pull::{PullPlugin, take_hold};
 use crate::app::reflection::{make_images, place_images};
 use crate::app::scenery::HAZE;
@@ -20,7 +21,6 @@ use crate::app::touch::TouchPlugin;
 use crate::app::tracks::{Tracks, draw_tracks, leave_tracks};
 use crate::app::{ControlScene, DemoOptions, DemoScene, has_display};
 use crate::engine::{AthletePlugins, AthleteWorld};
-use crate::ui::{AthletePanels, AthletePanelsPlugin};
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::asset::AssetMetaCheck;
 use bevy::camera::visibility::VisibilitySystems;
@@ -76,8 +76,7 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
-        app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin, AthletePanelsPlugin))
-            .insert_resource(AthletePanels { open: options.panels.clone(), ..default() })
+        app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin))
             .add_systems(EguiPrimaryContextPass, (paint_labels, show_panel, show_menu, show_buttons).chain())
             .add_systems(
                 Update,
@@ -88,6 +87,7 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
                 ),
             )
             .add_systems(PreUpdate, (single_step, rewind).chain().run_if(not(egui_wants_any_keyboard_input)));
+        add_panels(&mut app, options);
     }
     #[cfg(target_arch = "wasm32")]
     app.add_plugins(crate::app::web::PagePlugin);

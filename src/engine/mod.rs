@@ -130,5 +130,7 @@ pub use quarantine::QuarantineReason;
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
 pub use snapshot::{AthleteSnapshot, SnapshotError};
+#[cfg(feature = "ui")]
+pub(crate) use visuals::shape_mesh;
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, LinkVisual};

@@ -119,7 +119,7 @@ fn shape_visuals(model: &CharacterModel, meshes: &mut Assets<Mesh>) -> Vec<Shape
 }
 
 /// Mesh, centre and rotation of a shape, link frame.
-fn shape_mesh(shape: &Shape) -> (Mesh, DVec3, DQuat) {
+pub(crate) fn shape_mesh(shape: &Shape) -> (Mesh, DVec3, DQuat) {
     match *shape {
         Shape::Box { center, half_extents, rotation } => {
             let radius = half_extents.min_element() * ROUNDNESS;

@@ -262,6 +262,20 @@ impl SkillDefinition {
         }
     }
 
+    /// A skill that follows a motion of which nothing else is known: a clip alone says nothing of what may go wrong, so trials
+    /// last as long as the motion and begin with small errors only, on the surface as it is.
+    pub fn imitate_alone(name: &str, character: &str, motion: impl Into<PathBuf>, world: &str) -> Self {
+        let mut skill = Self::imitate(name, character, motion);
+        skill.world = world.into();
+        let (episode, trial) = (&mut skill.episode, &mut skill.trial);
+        (episode.seconds, trial.seconds) = (600.0, 600.0);
+        (episode.friction, trial.friction) = (None, None);
+        (episode.joint_noise, trial.joint_noise) = (0.02, 0.02);
+        (episode.velocity_noise, trial.velocity_noise) = (0.02, 0.02);
+        (episode.joint_velocity_noise, trial.joint_velocity_noise) = (0.1, 0.1);
+        skill
+    }
+
     /// Reads a file; the motion's path is made relative to the working folder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SkillError> {
         let path = path.as_ref();

@@ -9,6 +9,7 @@
 //! | [`plots`] | [`History`] | speed, height, lean, forces, step cost over the last seconds |
 //! | [`disturbance`] | [`Disturbance`] | pushes, friction, slope, gravity |
 //! | [`contact_plate`] | [`PlateView`] | the points of each foot that touch, the edge of each blade |
+//! | [`pose_editor`](editor::pose_editor) | [`PoseEditor`](editor::PoseEditor) | key poses: sliders, undo, simulate, train |
 //! | [`training_monitor`] | [`TrainingMonitor`] | the curve file of a run, as it grows |
 //!
 //! # Resources
@@ -16,6 +17,7 @@
 
 mod curve_file;
 mod disturbance;
+pub mod editor;
 mod history;
 mod inspector;
 mod inspector_view;
@@ -40,3 +42,8 @@ pub use plugin::{
     AthletePanels, AthletePanelsPlugin, DisturbanceState, MonitorState, Panel, SelectedHistory, panel_menu,
 };
 pub use push_systems::ActiveDisturbances;
+
+/// The code of the guide is compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/panels.md")]
+struct PanelsGuide;

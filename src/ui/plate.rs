@@ -11,7 +11,7 @@ const HEIGHT: f32 = 240.0;
 /// Room around a sole, m.
 const MARGIN: f64 = 0.03;
 /// Height of the drawn pressure of a blade that bears the whole weight evenly, m on the plate.
-const PRESSURE: f64 = 0.03;
+const PRESSURE: f64 = 0.012;
 
 /// Draws the plate; `None` is an empty selection.
 pub fn contact_plate(ui: &mut egui::Ui, view: Option<&PlateView>) {

@@ -117,7 +117,7 @@ fn rest_places(model: &CharacterModel) -> Vec<(DVec2, f64)> {
 
 /// Pressure along a blade of length `length` (m) that bears `toe` and `heel` (N) at its ends: where it begins and ends
 /// (m from the heel) and how much it is there (N/m). Linear between the two, with the same force and the same centre as
-/// the two forces; where that would pull, only a part of the blade presses, in a triangle, at least 5 % of it long.
+/// the two forces; where that would pull, only a part of the blade presses, in a triangle, at least a fifth of it long.
 pub fn blade_pressure(toe: f64, heel: f64, length: f64) -> Option<[(f64, f64); 2]> {
     let force = toe + heel;
     if !(force > 1e-6 && length > 1e-6) {
@@ -129,7 +129,7 @@ pub fn blade_pressure(toe: f64, heel: f64, length: f64) -> Option<[(f64, f64); 2
         let tilt = 6.0 * mean * (center / length - 0.5);
         return Some([(0.0, mean - tilt), (length, mean + tilt)]);
     }
-    let near = center.min(length - center).max(0.05 * length / 3.0);
+    let near = center.min(length - center).max(0.2 * length / 3.0);
     let (reach, peak) = (3.0 * near, 2.0 * force / (3.0 * near));
     Some(if center < 0.5 * length { [(0.0, peak), (reach, 0.0)] } else { [(length - reach, 0.0), (length, peak)] })
 }

@@ -4,7 +4,10 @@ use crate::ui::history::{History, Sample};
 use crate::ui::marks::{LEFT, RIGHT, VALUE};
 use bevy_egui::egui::{self, Color32, ScrollArea};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoint, PlotPoints};
+use std::ops::RangeInclusive;
 
+/// Least time that is shown, s.
+const SHORTEST: f64 = 2.0;
 /// Height of one plot, points.
 const HEIGHT: f32 = 92.0;
 
@@ -33,7 +36,9 @@ pub fn plots(ui: &mut egui::Ui, history: &History) {
         ui.weak("nothing has been sampled yet");
         return;
     }
-    let now = history.samples().last().map_or(0.0, |s| s.time);
+    let time = |s: Option<&Sample>| s.map_or(0.0, |s| s.time);
+    let (first, now) = (time(history.samples().next()), time(history.samples().last()));
+    let from = first.max(now - history.seconds());
     ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
         for (title, curves, least) in [
             ("speed, m/s", SPEED, 0.5),
@@ -43,12 +48,12 @@ pub fn plots(ui: &mut egui::Ui, history: &History) {
             ("cost of a step, microseconds", COST, 5.0),
         ] {
             ui.small(title);
-            plot(ui, title, curves, least, now, history);
+            plot(ui, title, curves, least, from..=from.max(now).max(from + SHORTEST), history);
         }
     });
 }
 
-fn plot(ui: &mut egui::Ui, title: &str, curves: &[Curve], least: f64, now: f64, history: &History) {
+fn plot(ui: &mut egui::Ui, title: &str, curves: &[Curve], least: f64, range: RangeInclusive<f64>, history: &History) {
     let mut plot = Plot::new(title)
         .height(HEIGHT)
         .include_y(0.0)
@@ -64,7 +69,7 @@ fn plot(ui: &mut egui::Ui, title: &str, curves: &[Curve], least: f64, now: f64, 
         plot = plot.legend(Legend::default().position(Corner::LeftTop));
     }
     plot.show(ui, |plot| {
-        plot.set_plot_bounds_x(now - history.seconds()..=now);
+        plot.set_plot_bounds_x(range);
         plot.set_auto_bounds([false, true]);
         for curve in curves {
             // A gap (NaN) ends a stretch.

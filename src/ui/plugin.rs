@@ -2,6 +2,7 @@
 
 use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, LinkPoses};
 use crate::ui::disturbance::{Disturbance, disturbance};
+use crate::ui::editor::{EditorPreviewPlugin, PoseEditorState, pose_editor};
 use crate::ui::history::{History, Sample};
 use crate::ui::inspector::inspector;
 use crate::ui::inspector_view::InspectorView;
@@ -147,10 +148,12 @@ impl Plugin for AthletePanelsPlugin {
                     sample.after(WriteBack),
                 ),
             )
+            .add_plugins(EditorPreviewPlugin)
             .add_systems(Update, select)
             .add_systems(
                 EguiPrimaryContextPass,
-                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_monitor).chain(),
+                (show_menu, show_inspector, show_plots, show_disturbance, show_plate, show_editor, show_monitor)
+                    .chain(),
             );
     }
 }
@@ -275,7 +278,7 @@ fn show_inspector(
         return Ok(());
     }
     let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(|(body, poses)| InspectorView::of(body, poses));
-    panel_window(&mut panels, Panel::Inspector, [14.0, 240.0], [360.0, 440.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Inspector, [14.0, 352.0], [350.0, 380.0], contexts.ctx_mut()?, |ui| {
         inspector(ui, view.as_ref());
     });
     Ok(())
@@ -306,7 +309,7 @@ fn show_disturbance(
     let before = friction;
     let state = &mut state.bypass_change_detection().0;
     let mut wish = None;
-    panel_window(&mut panels, Panel::Disturbance, [390.0, 70.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Disturbance, [372.0, 14.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
         wish = Some(disturbance(ui, state, &links, friction.as_mut()));
     });
     let Some(wish) = wish else { return Ok(()) };
@@ -329,7 +332,7 @@ fn show_plate(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, bod
         return Ok(());
     }
     let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(PlateView::of);
-    panel_window(&mut panels, Panel::ContactPlate, [390.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::ContactPlate, [372.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
         contact_plate(ui, view.as_ref());
     });
     Ok(())
@@ -342,6 +345,17 @@ fn show_monitor(
 ) -> Result {
     panel_window(&mut panels, Panel::Monitor, [500.0, 120.0], [420.0, 420.0], contexts.ctx_mut()?, |ui| {
         training_monitor(ui, &mut monitor.bypass_change_detection().0);
+    });
+    Ok(())
+}
+
+fn show_editor(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    mut editor: ResMut<PoseEditorState>,
+) -> Result {
+    panel_window(&mut panels, Panel::Editor, [372.0, 14.0], [380.0, 640.0], contexts.ctx_mut()?, |ui| {
+        pose_editor(ui, &mut editor.bypass_change_detection().0);
     });
     Ok(())
 }

@@ -1,22 +1,16 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
 use crate::output::{Outcome, say, say_json};
-use bevy_athlete::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
 use bevy_athlete::cli::{FrameRecorder, find_skill, load_task};
 use bevy_athlete::control::Policy;
-use bevy_athlete::math::F32x8;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
-use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, evaluate, motion_quality};
+use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, robustness_card};
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-
-/// Trials of the first row by which the quality of the motion is measured.
-const QUALITY_TRIALS: usize = 16;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
 /// simulation rate, as in a game. Writes the robustness card beside the policy.
@@ -96,48 +90,11 @@ impl Evaluate {
         policy.check_for(&task.model)?;
         let rate = task.model.step_rate;
         let task = task.at_rate(rate)?;
-        let tables = task.trials()?;
         let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
 
-        let mut rows = Vec::new();
-        let mut shortfalls = Vec::new();
-        let mut quality = BTreeMap::new();
-        for (name, row) in &tables {
-            let found = evaluate::<F32x8, _>(row, &policy, self.trials, self.seed, threads);
-            rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
-            quality.insert(format!("reward_per_step, {name}"), found.reward);
-            quality.insert(format!("residual_rad, {name}"), found.residual);
-            let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
-            shortfalls.push(words.join(", "));
-        }
-        if let Some((_, row)) = tables.first() {
-            let q = motion_quality(row, &policy, QUALITY_TRIALS.min(self.trials), self.seed);
-            for (name, value) in [
-                ("joint_jerk_rad_per_s3", q.jerk),
-                ("reference_joint_jerk_rad_per_s3", q.reference_jerk),
-                ("self_penetration_m", q.overlap),
-                ("blade_slip_m_per_s", q.slip),
-                ("time_at_joint_limits", q.at_limits),
-                ("work_j_per_m", q.work_per_metre),
-                ("largest_torque_n_m", q.torque),
-            ] {
-                quality.insert(name.to_owned(), value);
-            }
-        }
-        let card = RobustnessCard {
-            version: CARD_VERSION,
-            skill: skill.name.clone(),
-            character: task.model.name.clone(),
-            policy: policy.fingerprint().into(),
-            crate_version: env!("CARGO_PKG_VERSION").into(),
-            seed: self.seed,
-            trials: rows.iter().map(|r| r.trials).sum(),
-            rows,
-            quality,
-            command: self.command(),
-        };
+        let (card, shortfalls) = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
         card.save(folder.join("card.json"))?;
-        if let (Some(path), Some((_, row))) = (&self.storyboard, tables.first()) {
+        if let (Some(path), Some((_, row))) = (&self.storyboard, task.trials()?.first()) {
             draw_trial(path, row, &policy, self.seed)?;
         }
         if self.json {

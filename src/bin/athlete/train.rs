@@ -5,10 +5,9 @@ use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
-use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, trained_policy};
+use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, curve_csv, trained_policy};
 use bevy_athlete::train::save_policy;
 use clap::Args;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -91,20 +90,8 @@ impl Train {
             (None, Some(clip), Some(character)) => {
                 let stem = clip.file_name().map_or("clip".into(), |s| s.to_string_lossy().into_owned());
                 let name = stem.split('.').next().unwrap_or("clip").to_owned();
-                let mut skill = SkillDefinition::imitate(&name, character, clip);
-                skill.world.clone_from(&self.world);
+                let mut skill = SkillDefinition::imitate_alone(&name, character, clip, &self.world);
                 skill.training_rate = Some(CLIP_RATE);
-                skill.episode.seconds = 600.0;
-                // A clip alone says nothing of what may go wrong: small errors only.
-                skill.episode.friction = None;
-                skill.episode.joint_noise = 0.02;
-                skill.episode.velocity_noise = 0.02;
-                skill.episode.joint_velocity_noise = 0.1;
-                skill.trial.seconds = 600.0;
-                skill.trial.friction = None;
-                skill.trial.joint_noise = 0.02;
-                skill.trial.velocity_noise = 0.02;
-                skill.trial.joint_velocity_noise = 0.1;
                 if let Some(text) = &self.gains {
                     skill.gains = Some(pair(text, "--gains")?);
                 }
@@ -245,20 +232,7 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
     let (layers, contract) = trained_policy(trainer.task(), &best, &motion);
     save_policy(out.join("policy.onnx"), &layers, &contract)?;
 
-    let mut csv = String::from(
-        "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
-    );
-    for i in trainer.curve() {
-        let (survival, reward) =
-            i.evaluation.map_or((String::new(), String::new()), |(s, r)| (s.to_string(), r.to_string()));
-        let [a, b, c] = i.parts;
-        let _ = writeln!(
-            csv,
-            "{},{},{:.3},{:.5},{:.4},{:.4},{:.5},{:.3e},{:.4},{:.6},{survival},{reward},{a:.4},{b:.4},{c:.4}",
-            i.number, i.samples, i.seconds, i.reward, i.length, i.failed, i.divergence, i.rate, i.sigma, i.critic_loss
-        );
-    }
-    write_whole(&out.join("curve.csv"), csv.as_bytes())?;
+    write_whole(&out.join("curve.csv"), curve_csv(trainer.curve()).as_bytes())?;
 
     let curve = |name: &str, y: &dyn Fn(&Iteration) -> f64| Curve {
         name: name.into(),

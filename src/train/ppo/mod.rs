@@ -4,6 +4,9 @@
 //! (`environment.rs` is a batch of trials, `sampling.rs` says where they begin), `learner.rs` updates actor and critic,
 //! `trainer.rs` repeats, measures, and keeps the best.
 
+#[cfg(feature = "policy")]
+mod card;
+mod curve;
 mod environment;
 mod evaluate;
 #[cfg(feature = "policy")]
@@ -16,6 +19,9 @@ mod sampling;
 mod task;
 mod trainer;
 
+#[cfg(feature = "policy")]
+pub use card::robustness_card;
+pub use curve::curve_csv;
 pub use environment::{Ending, Environment, Outcome, Trial};
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]

@@ -1,0 +1,61 @@
+//! The robustness card of a policy, measured.
+
+use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
+use crate::control::Policy;
+use crate::math::F32x8;
+use crate::train::ppo::evaluate::evaluate;
+use crate::train::ppo::quality::motion_quality;
+use crate::train::ppo::task::{SkillTask, TaskError};
+use std::collections::BTreeMap;
+
+/// Trials of the first row by which the quality of the motion is measured.
+const QUALITY_TRIALS: usize = 16;
+
+/// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate. The
+/// card, and for each row what the trials that did not count lacked. `command` is what the card says it was made by.
+pub fn robustness_card(
+    task: &SkillTask,
+    policy: &Policy,
+    trials: usize,
+    seed: u64,
+    threads: usize,
+    command: String,
+) -> Result<(RobustnessCard, Vec<String>), TaskError> {
+    let tables = task.trials()?;
+    let (mut rows, mut shortfalls, mut quality) = (Vec::new(), Vec::new(), BTreeMap::new());
+    for (name, row) in &tables {
+        let found = evaluate::<F32x8, _>(row, policy, trials, seed, threads);
+        rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
+        quality.insert(format!("reward_per_step, {name}"), found.reward);
+        quality.insert(format!("residual_rad, {name}"), found.residual);
+        let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
+        shortfalls.push(words.join(", "));
+    }
+    if let Some((_, row)) = tables.first() {
+        let q = motion_quality(row, policy, QUALITY_TRIALS.min(trials), seed);
+        for (name, value) in [
+            ("joint_jerk_rad_per_s3", q.jerk),
+            ("reference_joint_jerk_rad_per_s3", q.reference_jerk),
+            ("self_penetration_m", q.overlap),
+            ("blade_slip_m_per_s", q.slip),
+            ("time_at_joint_limits", q.at_limits),
+            ("work_j_per_m", q.work_per_metre),
+            ("largest_torque_n_m", q.torque),
+        ] {
+            quality.insert(name.to_owned(), value);
+        }
+    }
+    let card = RobustnessCard {
+        version: CARD_VERSION,
+        skill: task.skill.name.clone(),
+        character: task.model.name.clone(),
+        policy: policy.fingerprint().into(),
+        crate_version: env!("CARGO_PKG_VERSION").into(),
+        seed,
+        trials: rows.iter().map(|r| r.trials).sum(),
+        rows,
+        quality,
+        command,
+    };
+    Ok((card, shortfalls))
+}
