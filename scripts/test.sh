@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Everything that has to hold before a change lands. Needs a C compiler and the Rust toolchain; with Node and rustup, WASM
-# is checked too.
+# is checked too, with Chromium the demo's page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -39,5 +39,13 @@ picture=$(mktemp --suffix .png)
 env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
 test -s "$picture"
 rm -f "$picture"
+
+stage "the demo in a browser"
+if command -v node >/dev/null && command -v rustup >/dev/null; then
+    bash web/build.sh --quick
+    bash web/test.sh
+else
+    echo "skipped: the page needs Node and rustup" >&2
+fi
 
 stage "done"
