@@ -6,7 +6,7 @@ import { browse, told } from "./browser.mjs";
 const WINDOWS = 11;
 const skaters = Number(process.argv[2] ?? 100);
 const { open, close } = await browse();
-const { page, complaints } = await open(`?low&crowd=${skaters - 1}`, { viewport: { width: 160, height: 90 } });
+const { page, complaints } = await open(`?low&crowd=${skaters}`, { viewport: { width: 160, height: 90 } });
 const until = (condition, argument) => page.waitForFunction(condition, argument, { timeout: 600_000, polling: 100 });
 await until((n) => window.athlete?.bodies >= n, skaters);
 

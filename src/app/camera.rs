@@ -70,7 +70,7 @@ pub(super) fn orbit(
         }
         if scroll.delta.y != 0.0 {
             let notches = scroll.delta.y.clamp(-4.0, 4.0);
-            camera.distance = (camera.distance * (-0.12 * notches).exp()).clamp(1.5, 30.0);
+            camera.distance = (camera.distance * (-0.12 * notches).exp()).clamp(1.5, 60.0);
         }
     }
 }

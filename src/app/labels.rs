@@ -26,10 +26,12 @@ pub(super) fn paint_labels(
     let painter = context.layer_painter(egui::LayerId::background());
     let screen = |point: Vec3| camera.world_to_viewport(place, point).ok().map(|p| egui::pos2(p.x, p.y));
     let write = |at: egui::Pos2, text: &str, size: f32, color: egui::Color32| {
-        let font = egui::FontId::proportional(size);
-        let shade = egui::Color32::from_black_alpha((f32::from(color.a()) * 0.6) as u8);
-        painter.text(at + egui::vec2(1.5, 1.5), egui::Align2::CENTER_CENTER, text, font.clone(), shade);
-        painter.text(at, egui::Align2::CENTER_CENTER, text, font, color);
+        let galley = painter.layout_no_wrap(text.to_owned(), egui::FontId::proportional(size), color);
+        let corner = at - galley.size() * 0.5;
+        let shade = egui::Color32::from_black_alpha((f32::from(color.a()) * 0.55) as u8);
+        let plate = egui::Rect::from_min_size(corner, galley.size()).expand2(egui::vec2(0.45 * size, 0.12 * size));
+        painter.rect_filled(plate, 0.4 * size, shade);
+        painter.galley(corner, galley, color);
     };
     for (label, transform) in &labels {
         if let Some(at) = screen(transform.translation() + Vec3::Y * label.above) {

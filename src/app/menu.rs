@@ -31,7 +31,7 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
         return Ok(());
     }
     egui::Window::new("Athletes")
-        .anchor(egui::Align2::RIGHT_TOP, [-14.0, 38.0])
+        .anchor(egui::Align2::RIGHT_TOP, [-14.0, 54.0])
         .resizable(false)
         .default_width(210.0)
         .show(contexts.ctx_mut()?, |ui| {

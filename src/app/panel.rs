@@ -94,7 +94,8 @@ pub(super) fn show_panel(
     }
     let view = PanelView::of(body, &playback);
     egui::Window::new("Numbers")
-        .anchor(egui::Align2::LEFT_TOP, [14.0, 38.0])
+        .anchor(egui::Align2::LEFT_TOP, [14.0, 14.0])
+        .default_width(190.0)
         .resizable(false)
         .collapsible(false)
         .show(contexts.ctx_mut()?, |ui| panel(ui, &view));

@@ -51,8 +51,9 @@ fn enter(mut commands: Commands, stage: Res<Stage>, mut props: Props, mut charac
         let size = Vec3::new(SIZE.y, height, SIZE.x);
         let middle = Vec3::new(0.0, 0.5 * height, -z);
         let block = props.block(size, Color::hsl(18.0 + 150.0 * k as f32, 0.55, 0.55));
-        let label = Label { text: (k + 1).to_string(), above: 0.5 * height + 0.25 };
-        commands.spawn((ChildOf(root), block, Transform::from_translation(middle), label));
+        commands.spawn((ChildOf(root), block, Transform::from_translation(middle)));
+        let end = Transform::from_xyz(0.5 * SIZE.y - 0.15, height, -z);
+        commands.spawn((ChildOf(root), end, Label { text: (k + 1).to_string(), above: 0.3 }));
         world.solids.push(Solid::fixed(
             Geometry::Box {
                 center: middle.as_dvec3(),

@@ -1,5 +1,6 @@
 //! As many skaters as the machine holds, each performing crossovers by its policy on a circle of its own cell of the rink.
 
+use crate::app::camera::{CameraMode, OrbitCamera, follow};
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::window::Stage;
@@ -55,6 +56,7 @@ impl Plugin for CrowdPlugin {
         app.init_resource::<CrowdCount>()
             .init_resource::<StepBegun>()
             .add_systems(OnEnter(DemoScene::Crowd), enter)
+            .add_systems(OnExit(DemoScene::Crowd), leave)
             .add_systems(
                 FixedPostUpdate,
                 (
@@ -63,15 +65,47 @@ impl Plugin for CrowdPlugin {
                 )
                     .run_if(in_state(DemoScene::Crowd)),
             )
-            .add_systems(Update, grow.run_if(in_state(DemoScene::Crowd)));
+            .add_systems(Update, (grow, look_over.before(follow)).run_if(in_state(DemoScene::Crowd)));
     }
 }
 
-fn enter(mut commands: Commands, stage: Res<Stage>, mut count: ResMut<CrowdCount>, mut props: Props) {
+fn enter(
+    mut commands: Commands,
+    stage: Res<Stage>,
+    mut count: ResMut<CrowdCount>,
+    mut props: Props,
+    mut cameras: Query<&mut OrbitCamera>,
+) {
+    for mut camera in &mut cameras {
+        camera.found = false;
+    }
     let root = scene_root(&mut commands, DemoScene::Crowd);
     props.rink(&mut commands, root, Vec3::ZERO, stage.options.low);
     commands.insert_resource(AthleteWorld::default());
     *count = CrowdCount { fixed: stage.options.crowd > 0, ..default() };
+}
+
+/// Looks over the whole rink, once.
+fn look_over(mut cameras: Query<&mut OrbitCamera>) {
+    for mut camera in &mut cameras {
+        if !camera.found {
+            let target = Vec3::new(0.0, 0.0, 3.0);
+            *camera = OrbitCamera {
+                target,
+                azimuth: 0.5,
+                elevation: 0.5,
+                distance: 44.0,
+                found: true,
+                mode: CameraMode::Free,
+            };
+        }
+    }
+}
+
+fn leave(mut cameras: Query<&mut OrbitCamera>) {
+    for mut camera in &mut cameras {
+        *camera = OrbitCamera::default();
+    }
 }
 
 fn begin(mut begun: ResMut<StepBegun>) {
