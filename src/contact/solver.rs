@@ -88,7 +88,11 @@ fn project<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_normal: 
 
 /// One pass over the points of a link; returns the impulse wrench that it adds.
 #[inline(always)]
-fn sweep_link<R: Real>(group: &mut ContactGroup<R>, candidates: &mut [ContactCandidate<R>]) -> Force<R> {
+fn sweep_link<R: Real, const YIELDS: bool>(
+    group: &mut ContactGroup<R>,
+    candidates: &mut [ContactCandidate<R>],
+    gives: &[[R; 6]],
+) -> Force<R> {
     let (mut v, mut w) = (group.velocity, Force::zero());
     for at in group.start..group.end {
         let partner = candidates[at].partner;
@@ -98,6 +102,9 @@ fn sweep_link<R: Real>(group: &mut ContactGroup<R>, candidates: &mut [ContactCan
         let d = [new[0] - c.impulses[0], new[1] - c.impulses[1], new[2] - c.impulses[2]];
         // Inactive lanes keep zero: their effective masses are zero.
         c.impulses = new;
+        if YIELDS {
+            c.push_surface(&gives[at], &d);
+        }
         add_response(c, &d, &mut v);
         add_wrench(c, &d, &mut w);
     }
@@ -147,7 +154,13 @@ fn tell_others<R: Real>(
 /// wrenches hold the impulse wrench on each link.
 #[inline]
 pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
-    let ContactScratch { storage: candidates, groups, clusters, mobility, .. } = scratch;
+    if scratch.yields { solve::<R, true>(sweeps, scratch) } else { solve::<R, false>(sweeps, scratch) }
+}
+
+/// `solve_contacts`; `YIELDS` where a surface may give way.
+#[inline]
+fn solve<R: Real, const YIELDS: bool>(sweeps: usize, scratch: &mut ContactScratch<R>) {
+    let ContactScratch { storage: candidates, give_rows, groups, clusters, mobility, .. } = scratch;
     clusters.clear();
     for (a, group) in groups.iter().enumerate() {
         let hub = mobility.hub(group.link);
@@ -184,7 +197,7 @@ pub fn solve_contacts<R: Real>(sweeps: usize, scratch: &mut ContactScratch<R>) {
             }
             let mut to_hub = Force::zero();
             for a in cluster.start..cluster.end {
-                let w = sweep_link(&mut groups[a], candidates);
+                let w = sweep_link::<R, YIELDS>(&mut groups[a], candidates, give_rows);
                 let first = if last { a + 1 } else { cluster.start };
                 to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
             }

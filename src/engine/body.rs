@@ -1,7 +1,8 @@
 //! The simulation of one athlete.
 
-use crate::contact::{BladeEdge, World as Surroundings};
+use crate::contact::BladeEdge;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, ReferenceTick, TrackingError, tracking_error};
+use crate::engine::ground::Ground;
 use crate::engine::performer::Performer;
 use crate::engine::watch::{Happening, Watch};
 use crate::engine::{AthleteSettings, AthleteTargets, Placement};
@@ -264,7 +265,7 @@ impl AthleteBody {
     }
 
     /// Runs the whole steps that are due after another `dt`, and notes what happens.
-    pub(super) fn advance(&mut self, dt: Duration, surroundings: &Surroundings, settings: &AthleteSettings) {
+    pub(super) fn advance(&mut self, dt: Duration, ground: &mut impl Ground, settings: &AthleteSettings) {
         if self.status == BodyStatus::Quarantined || settings.paused {
             return;
         }
@@ -278,8 +279,9 @@ impl AthleteBody {
                 }
                 _ => {}
             }
-            step(&mut self.simulator, surroundings);
-            self.watch.observe(&mut self.simulator, surroundings, &mut self.happened);
+            step(&mut self.simulator, ground);
+            ground.stepped(&self.simulator);
+            self.watch.observe(&mut self.simulator, ground, &mut self.happened);
             let time = self.simulator.state.time;
             if let Driver::Perform { performer, finished } = &mut self.driver {
                 performer.after_step(&self.simulator);

@@ -52,10 +52,13 @@
 //! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod assets;
+#[cfg(feature = "avian")]
+pub mod avian;
 mod body;
 mod components;
 mod errors;
 mod events;
+mod ground;
 mod performer;
 mod placement;
 mod playback;

@@ -1,5 +1,6 @@
 //! The systems of a fixed tick, and interpolation between ticks.
 
+use crate::engine::ground::OwnGround;
 use crate::engine::performer::Performer;
 use crate::engine::poses::to_transform;
 use crate::engine::spawn::refuse;
@@ -98,14 +99,14 @@ fn finite_turn(rate: f32) -> f64 {
     if rate.is_finite() { f64::from(rate).clamp(-2.0, 2.0) } else { 0.0 }
 }
 
-/// Steps every athlete through the tick, on all threads of the compute pool.
+/// Steps every athlete that has no ground of its own through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
     time: Res<Time>,
     surroundings: Res<AthleteWorld>,
-    mut athletes: Query<(&mut AthleteBody, &AthleteSettings)>,
+    mut athletes: Query<(&mut AthleteBody, &AthleteSettings), Without<OwnGround>>,
 ) {
     let dt = time.delta();
-    athletes.par_iter_mut().for_each(|(mut body, settings)| body.advance(dt, &surroundings.0, settings));
+    athletes.par_iter_mut().for_each(|(mut body, settings)| body.advance(dt, &mut &surroundings.0, settings));
 }
 
 /// Keeps the poses of this tick and the one before.

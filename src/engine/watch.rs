@@ -1,6 +1,6 @@
 //! Watches a body step by step and notes what is worth an event.
 
-use crate::contact::{BladeEdge, Terrain, World as Surroundings};
+use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
 use crate::engine::body::standing_height;
 use crate::model::CharacterModel;
@@ -108,7 +108,7 @@ impl Watch {
     }
 
     /// Looks at the state after a step.
-    pub fn observe(&mut self, sim: &mut Simulator<f64>, surroundings: &Surroundings, out: &mut Vec<Happening>) {
+    pub fn observe(&mut self, sim: &mut Simulator<f64>, surroundings: &impl Terrain<f64>, out: &mut Vec<Happening>) {
         let time = sim.state.time;
         for (blade, watch) in self.edges.iter_mut().enumerate() {
             let edge = sim.blade_edge(blade, 0);
@@ -149,7 +149,7 @@ impl Watch {
         // The height is only asked for where it matters: while the trunk touches, and after a fall.
         if self.fallen || trunk.is_some() {
             let com = sim.center_of_mass();
-            let height = Terrain::<f64>::query(surroundings, com).distance;
+            let height = surroundings.query(com).distance;
             if let (Some(point), false) = (trunk, self.fallen) {
                 if height < FALLEN_BELOW * self.height {
                     self.fallen = true;
