@@ -1,5 +1,6 @@
-//! Files to validated data and back: characters, motion clips, BVH, joint maps, contracts of policies, robustness cards.
+//! Files to validated data and back: characters, motion clips, BVH, joint maps, bone maps, contracts of policies, robustness cards.
 
+pub mod bone_map;
 pub mod bvh;
 mod bvh_parse;
 pub mod card;

@@ -3,6 +3,7 @@
 use crate::engine::avian::ground::CollidersAndSolids;
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderGround};
+use crate::engine::ground::OwnGround;
 use crate::engine::{AthleteBody, AthleteSettings, AthleteWorld};
 use avian3d::prelude::{
     AngularVelocity, Collider, ColliderAabb, ColliderDisabled, ColliderOf, CollisionLayers, ComputedAngularInertia,
@@ -61,7 +62,10 @@ pub(super) fn step_on_colliders(
     time: Res<Time>,
     solids: Res<AthleteWorld>,
     avian: AvianWorld,
-    mut athletes: Query<(Entity, &mut AthleteBody, &mut ColliderGround, &AthleteSettings, Option<&CollisionLayers>)>,
+    mut athletes: Query<
+        (Entity, &mut AthleteBody, &mut ColliderGround, &AthleteSettings, Option<&CollisionLayers>),
+        With<OwnGround>,
+    >,
 ) {
     let dt = time.delta();
     athletes.par_iter_mut().for_each(|(entity, mut body, mut ground, settings, layers)| {

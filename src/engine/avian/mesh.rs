@@ -59,7 +59,10 @@ pub(super) fn field_distance(field: &HeightField, point: DVec3) -> Option<(f64, 
         let normal = (b - a).cross(c - a).try_normalize()?;
         // Over the triangle: on the inner side of its three edges as seen from above.
         let inside = |from: DVec3, to: DVec3| (to - from).cross(point - from).y >= 0.0;
-        (inside(a, b) && inside(b, c) && inside(c, a)).then(|| ((point - a).dot(normal), normal))
+        let distance = (point - a).dot(normal);
+        // The plane of a steep triangle is nearer than anything of the field.
+        let distance = if distance < 0.0 { distance.min(-FIELD_REACH) } else { distance.max(FIELD_REACH) };
+        (inside(a, b) && inside(b, c) && inside(c, a)).then_some((distance, normal))
     })
 }
 
