@@ -245,7 +245,11 @@ fn a_moving_platform_carries() {
         sink = sink.max(off.y.abs());
     }
     let way = (root(&app, human) - start_root).length();
-    println!("carried {way:.3} m; moved on the platform by at most {:.1} mm, {:.1} mm up or down", worst * 1e3, sink * 1e3);
+    println!(
+        "carried {way:.3} m; moved on the platform by at most {:.1} mm, {:.1} mm up or down",
+        worst * 1e3,
+        sink * 1e3
+    );
     assert!(way > 0.9, "it is taken along");
     assert!(body(&app, human).simulator().loaded_points(0) > 0, "it still stands");
     assert!(worst < 0.05 && sink < 0.02);
@@ -300,8 +304,7 @@ fn the_same_world_gives_the_same_bits() {
                 Transform::from_xyz(-0.5 + 0.4 * k as f32, 0.25, -1.0 - 0.1 * k as f32),
             ));
         }
-        let skaters =
-            [-0.5, 0.6].map(|x| spawn(&mut app, "skater", Transform::from_xyz(x, 0.0, 0.0)));
+        let skaters = [-0.5, 0.6].map(|x| spawn(&mut app, "skater", Transform::from_xyz(x, 0.0, 0.0)));
         run(&mut app, 1);
         for skater in skaters {
             change(&mut app, skater, |body| throw(body, DVec3::new(0.1, 0.0, -2.0)));
@@ -348,8 +351,10 @@ fn athletes_add_no_order_that_bevy_may_choose() {
             app.add_plugins((AthletePlugins, AthleteAvianPlugin));
         }
         app.edit_schedule(FixedPostUpdate, |schedule| {
-            schedule
-                .set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Warn, ..Default::default() });
+            schedule.set_build_settings(ScheduleBuildSettings {
+                ambiguity_detection: LogLevel::Warn,
+                ..Default::default()
+            });
         });
         app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
         app.finish();

@@ -51,8 +51,7 @@ fn cube_mesh() -> Collider {
         let side = |bit: u32| if k & bit == 0 { -0.5 } else { 0.5 };
         Vec3::new(side(1), side(2), side(4))
     });
-    let quads: [[u32; 4]; 6] =
-        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let quads: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
     Collider::trimesh(vertices.collect(), triangles.collect())
 }
@@ -127,7 +126,9 @@ fn every_shape_has_a_signed_distance() {
             let clearance = ground.clearance(Lanes::splat(p));
             below = below.max(if hit.distance > 0.0 { clearance - hit.distance } else { 0.0 });
         }
-        println!("{name}: {asked} places; off the surface {on_surface:.1e} m, too steep {slope:.1e} m, clearance over {below:.1e} m (allowed {allowed:.0e})");
+        println!(
+            "{name}: {asked} places; off the surface {on_surface:.1e} m, too steep {slope:.1e} m, clearance over {below:.1e} m (allowed {allowed:.0e})"
+        );
         assert!(asked > 300, "{name}");
         assert!(on_surface < allowed && slope < allowed && below < allowed, "{name}");
     }

@@ -125,7 +125,9 @@ pub enum BoneMapError {
         count: usize,
     },
     /// A bone is squeezed flat in the mesh's rest pose, or not a number.
-    #[error("{file}: bone `{bone}` has a rest pose that cannot be turned back; valid: finite, with a scale other than zero")]
+    #[error(
+        "{file}: bone `{bone}` has a rest pose that cannot be turned back; valid: finite, with a scale other than zero"
+    )]
     RestPose {
         /// File name as given.
         file: String,

@@ -223,7 +223,8 @@ pub fn detect_contacts<R: Real>(
 ) -> bool {
     scratch.clear();
     let margin = R::splat(margin);
-    let ContactScratch { order, probes, reach, blades, storage: candidates, count, yields, gives, groups, .. } = scratch;
+    let ContactScratch { order, probes, reach, blades, storage: candidates, count, yields, gives, groups, .. } =
+        scratch;
     let far = R::splat(1e9);
     for (link, radius, range) in reach.iter() {
         let k = &kinematics[*link];

@@ -90,7 +90,8 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
     let inverse_h = R::splat(1.0 / h);
     // A turn by more than this in half a step is no carve.
     let (half_step, most_turn) = (R::splat(0.5 * h), R::splat(0.1));
-    let ContactScratch { probes, blades, storage: candidates, yields, gives, give_rows, groups, mobility, .. } = scratch;
+    let ContactScratch { probes, blades, storage: candidates, yields, gives, give_rows, groups, mobility, .. } =
+        scratch;
     for group in groups.iter() {
         let own = mobility.own(group.link);
         let k = &kinematics[group.link];

@@ -22,6 +22,7 @@
 //! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`], [`ControlAsset`], [`SkillAsset`] and [`ProgramAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
 //! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
 //! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
+//! | [`AthleteSkinPlugin`] | `engine` | skinned meshes whose bones follow the links ([`AthleteSkin`]) |
 //! | [`AthleteRenderPlugin`] | `render` | meshes for the shapes of every link, the ghost of the reference |
 //!
 //! # Time
@@ -46,6 +47,7 @@
 //! | [`AthleteSettings`] | component | switches of one athlete |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
 //! | [`LinkPoses`] | component | where its links are |
+//! | [`AthleteSkin`], [`DressedIn`], [`SkinRefused`] | component | a skinned mesh in place of the plain shapes |
 //! | [`AthleteWorld`] | resource | what all athletes stand on |
 //! | [`PlaybackSpeed`] | resource | pause and slow motion |
 //! | [`AthleteReset`] | event, message | back to the start |
@@ -66,6 +68,7 @@ mod plugin;
 mod poses;
 mod skill_assets;
 mod skill_components;
+mod skin;
 mod spawn;
 mod systems;
 mod watch;
@@ -101,5 +104,6 @@ pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
 pub use poses::LinkPoses;
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
+pub use skin::{AthleteSkin, AthleteSkinPlugin, BoneMapAsset, DressedIn, SkinRefused};
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, LinkVisual};

@@ -2,9 +2,9 @@
 
 use crate::engine::{
     Athlete, AthleteAssetPlugin, AthleteController, AthleteFell, AthletePlaybackPlugin, AthleteQuarantined,
-    AthleteRefused, AthleteReset, AthleteSettings, AthleteTargets, AthleteWorld, BladeEdgeChanged, ControlFinished,
-    Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
-    spawn, systems,
+    AthleteRefused, AthleteReset, AthleteSettings, AthleteSkinPlugin, AthleteTargets, AthleteWorld, BladeEdgeChanged,
+    ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded, SkillStarted,
+    Steering, TakeOff, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -33,7 +33,8 @@ impl PluginGroup for AthletePlugins {
         let group = PluginGroupBuilder::start::<Self>()
             .add(AthleteAssetPlugin)
             .add(AthleteSimulationPlugin)
-            .add(AthletePlaybackPlugin);
+            .add(AthletePlaybackPlugin)
+            .add(AthleteSkinPlugin);
         #[cfg(feature = "render")]
         let group = group.add(crate::engine::AthleteRenderPlugin);
         group

@@ -70,10 +70,9 @@ pub fn bind_bones(
             }
             let (scale, rotation, position) = rest.to_character.to_scale_rotation_translation();
             let offset = match entry.offset {
-                Some(given) => LinkTransform {
-                    position: given.translation,
-                    rotation: rotation_of_degrees(given.degrees),
-                },
+                Some(given) => {
+                    LinkTransform { position: given.translation, rotation: rotation_of_degrees(given.degrees) }
+                }
                 None => {
                     let back = links[link].rotation.inverse();
                     LinkTransform {

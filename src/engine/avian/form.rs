@@ -12,17 +12,42 @@ pub(super) const FAR: f64 = 1e9;
 /// A shape in its own frame. What is not kept here as numbers is looked up in the shared shape.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
-    HalfSpace { normal: DVec3 },
-    Box { half: DVec3 },
+    HalfSpace {
+        normal: DVec3,
+    },
+    Box {
+        half: DVec3,
+    },
     /// All points within `radius` of a segment; a ball where the ends are one.
-    Capsule { a: DVec3, b: DVec3, radius: f64 },
-    Revolved { profile: Profile, round: f64 },
-    RoundBox { half: DVec3, round: f64 },
-    Triangle { corners: [DVec3; 3], round: f64 },
-    Hull { shape: SharedShape, round: f64 },
+    Capsule {
+        a: DVec3,
+        b: DVec3,
+        radius: f64,
+    },
+    Revolved {
+        profile: Profile,
+        round: f64,
+    },
+    RoundBox {
+        half: DVec3,
+        round: f64,
+    },
+    Triangle {
+        corners: [DVec3; 3],
+        round: f64,
+    },
+    Hull {
+        shape: SharedShape,
+        round: f64,
+    },
     Mesh(SharedShape),
     /// With the part of it that is near the athlete, in its own frame, and the highest point of that part, m.
-    Field { shape: SharedShape, low: DVec3, high: DVec3, top: f64 },
+    Field {
+        shape: SharedShape,
+        low: DVec3,
+        high: DVec3,
+        top: f64,
+    },
     /// Anything else that parry projects points on.
     Other(SharedShape),
 }
@@ -60,9 +85,7 @@ impl Form {
                 Self::Triangle { corners: [d(t.a), d(t.b), d(t.c)], round: s.border_radius.into() }
             }
             TypedShape::ConvexPolyhedron(_) => Self::Hull { shape: shape.clone(), round: 0.0 },
-            TypedShape::RoundConvexPolyhedron(s) => {
-                Self::Hull { shape: shape.clone(), round: s.border_radius.into() }
-            }
+            TypedShape::RoundConvexPolyhedron(s) => Self::Hull { shape: shape.clone(), round: s.border_radius.into() },
             TypedShape::TriMesh(_) => Self::Mesh(shape.clone()),
             TypedShape::HeightField(field) => {
                 let reach = DVec3::splat(2.0 * FIELD_REACH);

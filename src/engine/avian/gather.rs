@@ -137,9 +137,9 @@ impl AvianWorld<'_, '_> {
         let of_body = body.and_then(|b| self.body_surfaces.get(b).ok());
         let surface = surface.copied().unwrap_or_else(|| {
             let (body_surface, body_friction) = of_body.unwrap_or((None, None));
-            body_surface.copied().unwrap_or_else(|| {
-                AthleteSurface::of_friction(friction.or(body_friction).unwrap_or(&self.friction.0))
-            })
+            body_surface
+                .copied()
+                .unwrap_or_else(|| AthleteSurface::of_friction(friction.or(body_friction).unwrap_or(&self.friction.0)))
         });
         let Some(mover) = body.and_then(|b| self.mover(b, ground)) else {
             ground.add(collider, position.0, rotation.0, surface);
@@ -154,17 +154,14 @@ impl AvianWorld<'_, '_> {
         if let Some(known) = ground.mover(entity) {
             return Some(known);
         }
-        let (kind, position, rotation, linear, angular, mass, inertia, center, locked) = self.bodies.get(entity).ok()?;
+        let (kind, position, rotation, linear, angular, mass, inertia, center, locked) =
+            self.bodies.get(entity).ok()?;
         let moves = linear.0 != Vec3::ZERO || angular.0 != Vec3::ZERO;
         if kind.is_static() || (kind.is_kinematic() && !moves) {
             return None;
         }
-        let mut mover = Mover::new(
-            entity,
-            position.0.as_dvec3(),
-            rotation.0.as_dquat().normalize(),
-            center.0.as_dvec3(),
-        );
+        let mut mover =
+            Mover::new(entity, position.0.as_dvec3(), rotation.0.as_dquat().normalize(), center.0.as_dvec3());
         (mover.linear, mover.angular) = (linear.0.as_dvec3(), angular.0.as_dvec3());
         if kind.is_dynamic() {
             let locked = locked.copied().unwrap_or_default();
@@ -190,13 +187,7 @@ impl AvianWorld<'_, '_> {
 
     /// Calls `tell` with the directions from things that will not move to a body that touches them; with `along`, only
     /// those in about that direction. Returns true if there were any.
-    fn each_support(
-        &self,
-        body: Entity,
-        depth: usize,
-        along: Option<Vec3>,
-        tell: &mut dyn FnMut(Vec3),
-    ) -> bool {
+    fn each_support(&self, body: Entity, depth: usize, along: Option<Vec3>, tell: &mut dyn FnMut(Vec3)) -> bool {
         let Ok(colliders) = self.body_colliders.get(body) else { return false };
         let mut any = false;
         for collider in colliders {

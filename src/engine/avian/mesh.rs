@@ -75,10 +75,8 @@ fn upward(triangle: &Triangle) -> [DVec3; 3] {
 /// Highest point of a height field within a box in its own frame, m.
 pub(super) fn field_top(field: &HeightField, low: DVec3, high: DVec3) -> f64 {
     // All heights of the columns count.
-    let column = Aabb::new(
-        Vec3::new(low.x as f32, f32::MIN, low.z as f32),
-        Vec3::new(high.x as f32, f32::MAX, high.z as f32),
-    );
+    let column =
+        Aabb::new(Vec3::new(low.x as f32, f32::MIN, low.z as f32), Vec3::new(high.x as f32, f32::MAX, high.z as f32));
     let mut top = f64::NEG_INFINITY;
     field.map_elements_in_local_aabb(&column, &mut |_, t| {
         top = top.max(f64::from(t.a.y.max(t.b.y).max(t.c.y)));
