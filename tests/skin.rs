@@ -315,3 +315,45 @@ fn the_shipped_file_is_a_sound_skin() {
     );
     assert!(worst < 1e-5 && long < 1e-5);
 }
+
+/// The same through Bevy's own loader.
+#[cfg(feature = "gltf")]
+#[test]
+fn a_scene_from_the_loader_is_dressed() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default()));
+    app.add_plugins((bevy::image::ImagePlugin::default(), bevy::mesh::MeshPlugin));
+    app.add_plugins((bevy::world_serialization::WorldSerializationPlugin, bevy::gltf::GltfPlugin::default()));
+    app.add_plugins(AthletePlugins);
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
+    app.finish();
+    app.cleanup();
+    let assets = app.world().resource::<AssetServer>().clone();
+    let half_turn = Transform::from_rotation(Quat::from_rotation_y(core::f32::consts::PI));
+    let scene = assets.load(bevy::gltf::GltfAssetLabel::Scene(0).from_asset("models/humanoid.glb"));
+    let athlete = app
+        .world_mut()
+        .spawn((
+            Athlete(assets.load("characters/skater.character.ron")),
+            AthleteController::Play(assets.load("skills/skating/stroking/stroking.control.ron")),
+            AthleteSkin::new(assets.load("maps/humanoid.bones.ron")),
+            children![(WorldAssetRoot(scene), half_turn)],
+        ))
+        .id();
+    for _ in 0..2000 {
+        app.update();
+        if app.world().get::<DressedIn>(athlete).is_some() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(app.world().get::<SkinRefused>(athlete).is_none());
+    let bones = app.world().get::<DressedIn>(athlete).expect("dressed").bones().count();
+    for _ in 0..64 {
+        app.update();
+    }
+    let (distance, angle) = off_the_links(&app, athlete);
+    let skinned = app.world_mut().query::<&bevy::mesh::skinning::SkinnedMesh>().iter(app.world()).count();
+    println!("{bones} bones, {skinned} skinned meshes: off by {distance:.1e} m, {angle:.1e} rad (allowed 1e-5)");
+    assert!(bones == 18 && skinned == 1 && distance < 1e-5 && angle < 1e-5);
+}

@@ -181,7 +181,8 @@ impl BoneMap {
         if bytes.len() > LARGEST_FILE {
             return Err(BoneMapError::TooLarge { file: file.into(), bytes: bytes.len() });
         }
-        let mut map: Self = ron::de::from_bytes(bytes).map_err(|e| BoneMapError::Syntax {
+        let ron = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+        let mut map: Self = ron.from_bytes(bytes).map_err(|e| BoneMapError::Syntax {
             file: file.into(),
             line: e.span.start.line,
             column: e.span.start.col,

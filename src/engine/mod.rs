@@ -106,4 +106,4 @@ pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
 pub use skin::{AthleteSkin, AthleteSkinPlugin, BoneMapAsset, DressedIn, SkinRefused};
 #[cfg(feature = "render")]
-pub use visuals::{AthleteRenderPlugin, LinkVisual};
+pub use visuals::{AthleteRenderPlugin, BladeVisual, LinkVisual};

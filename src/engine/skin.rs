@@ -42,7 +42,7 @@ impl FileAsset for BoneMapAsset {
 pub struct AthleteSkin {
     /// The bone map.
     pub map: Handle<BoneMapAsset>,
-    /// Whether the plain shapes of links that a bone follows are hidden.
+    /// Whether the plain shapes of links that a bone follows are hidden. Blades are always drawn.
     pub hide_shapes: bool,
 }
 
@@ -236,7 +236,7 @@ fn bone_place(bone: &BoundBone, link: &LinkTransform) -> LinkTransform {
 #[cfg(feature = "render")]
 fn hide_shapes(
     athletes: Query<(&AthleteSkin, &DressedIn, &Children)>,
-    mut shapes: Query<(&crate::engine::LinkVisual, &mut Visibility)>,
+    mut shapes: Query<(&crate::engine::LinkVisual, &mut Visibility), Without<crate::engine::BladeVisual>>,
 ) {
     for (_, dress, children) in athletes.iter().filter(|(skin, ..)| skin.hide_shapes) {
         for child in children.iter() {
@@ -249,3 +249,8 @@ fn hide_shapes(
         }
     }
 }
+
+/// The code of the guide compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/dress.md")]
+struct Guide;

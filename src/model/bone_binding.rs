@@ -7,7 +7,7 @@ use glam::{DMat4, DVec3};
 /// A bone of a skeleton at rest.
 #[derive(Clone, Debug)]
 pub struct RestBone {
-    /// Its name.
+    /// Its name; empty for one that has none.
     pub name: String,
     /// Bone axes to the character's frame (on the ground, Y up, facing -Z), m.
     pub to_character: DMat4,
@@ -56,7 +56,8 @@ pub fn bind_bones(
             let link = link_of(map, model, "bone", bone, &entry.link)?;
             let mut named = skeleton.iter().enumerate().filter(|(_, b)| b.name == *bone);
             let Some((index, rest)) = named.next() else {
-                let names: Vec<&str> = skeleton.iter().map(|b| b.name.as_str()).collect();
+                let names: Vec<&str> =
+                    skeleton.iter().map(|b| b.name.as_str()).filter(|name| !name.is_empty()).collect();
                 return Err(BoneMapError::UnknownBone { file: file(), bone: bone.clone(), valid: names.join(", ") });
             };
             let others = named.count();

@@ -63,3 +63,8 @@ pub use ground::ColliderGround;
 pub use plugin::AthleteAvianPlugin;
 pub use pushes::ColliderPush;
 pub use surface::AthleteSurface;
+
+/// The code of the guide compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/avian.md")]
+struct Guide;
