@@ -38,4 +38,10 @@ env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
 test -s "$picture"
 rm -f "$picture"
 
+stage "in a world of Avian, with skins: lint, tests, the code of the guides"
+extras=(--locked --no-default-features --features "avian gltf")
+cargo clippy "${extras[@]}" --all-targets -- -D warnings
+cargo test "${extras[@]}" --lib --example avian_push --test avian --test avian_ground --test skin
+cargo test "${extras[@]}" --doc engine
+
 stage "done"

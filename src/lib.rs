@@ -33,6 +33,8 @@
 //! | `cli` | the `athlete` command line (with `train`, `policy`, `storyboard`) | yes |
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
+//! | `avian` | athletes on the colliders of Avian, pushing its bodies | |
+//! | `gltf` | Bevy's glTF loader, for skinned meshes over the links | |
 //! | `app` | the demo: a window on a rink | yes |
 //!
 //! Features only add. A game wants `default-features = false, features = ["render"]`, a server `["engine"]`.

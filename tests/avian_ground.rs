@@ -183,13 +183,16 @@ fn steps_on_colliders_do_not_allocate() {
         sim.state_changed();
         step(&mut sim, &ground);
         let before = COUNT.with(Cell::get);
-        let mut touching = 0;
+        let (mut touching, start) = (0, std::time::Instant::now());
         for _ in 0..1200 {
             step(&mut sim, &ground);
             touching += u32::from(sim.loaded_points(0) > 0);
         }
         let allocations = COUNT.with(Cell::get) - before;
-        println!("{name}: {allocations} allocations in 1200 steps (allowed 0), {touching} with contact");
+        let each = start.elapsed().as_secs_f64() / 1200.0 * 1e6;
+        println!(
+            "{name}: {allocations} allocations in 1200 steps (allowed 0), {touching} with contact, {each:.1} us each"
+        );
         assert_eq!(allocations, 0, "{name}");
         assert!(touching > 10, "{name}: it should fall on it");
     }

@@ -46,6 +46,7 @@
 //!   at rest wherever it is put.
 //! - Distances are taken in double precision from the collider's own frame. Meshes and height fields are solid behind their front (corners
 //!   counter-clockwise; up) to a depth of 0.2 m. Voxels, polylines and custom shapes are asked through parry in single precision.
+//! - What touches is the character's contact points: a thin or small body may pass between them.
 //! - Athletes are no colliders: rays and other bodies' contacts do not find them.
 
 mod form;

@@ -9,6 +9,8 @@ const SUPPORTS: usize = 3;
 const SAME_SUPPORT: f64 = 0.95;
 /// A push with a normal that has a smaller cosine to a support's direction lifts the body off it.
 const LIFTS: f64 = -0.3;
+/// A push with a normal that has a larger one presses the body onto it.
+const PRESSES: f64 = 0.5;
 
 /// A kinematic or dynamic body between two steps of Avian: it goes on with its velocity, which the athlete's pushes change
 /// if it is dynamic. Gravity, joints and its other contacts act in Avian's own step, once per tick.
@@ -91,7 +93,7 @@ impl Mover {
         }
     }
 
-    /// What remains of a push in the direction `-normal` after its supports have answered: the projection off their
+    /// What remains of a push through a contact with this outward normal after its supports have answered: the projection off their
     /// directions. A push that lifts the body off a support is not held by it.
     fn free(&self, normal: DVec3, push: DVec3) -> DVec3 {
         let mut held = [DVec3::ZERO; SUPPORTS];
@@ -112,11 +114,13 @@ impl Mover {
         push
     }
 
-    /// Angular velocity per moment: all of it in the air, about the one support's direction where it leans on something.
-    fn turn(&self, moment: DVec3) -> DVec3 {
-        match self.supports[..self.support_count] {
-            [] => self.inverse_inertia * moment,
-            [axis] => axis * (axis.dot(self.inverse_inertia * axis) * axis.dot(moment)),
+    /// Angular velocity per moment of a push with this normal. What is pressed onto one support turns about its direction
+    /// only, onto several not at all; else it turns freely. (On a floor it would turn less: the push is underrated rather than overrated.)
+    fn turn(&self, normal: DVec3, moment: DVec3) -> DVec3 {
+        let mut pressed = self.supports[..self.support_count].iter().filter(|s| normal.dot(**s) > PRESSES);
+        match (pressed.next(), pressed.next()) {
+            (None, _) => self.inverse_inertia * moment,
+            (Some(axis), None) => *axis * (axis.dot(self.inverse_inertia * *axis) * axis.dot(moment)),
             _ => DVec3::ZERO,
         }
     }
@@ -128,7 +132,7 @@ impl Mover {
         let arm = point - self.center;
         let column = |impulse: DVec3| {
             let impulse = self.free(normal, impulse);
-            let velocity = self.inverse_mass * impulse + self.turn(arm.cross(impulse)).cross(arm);
+            let velocity = self.inverse_mass * impulse + self.turn(normal, arm.cross(impulse)).cross(arm);
             self.free(normal, velocity) * sharers
         };
         DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -140,7 +144,7 @@ impl Mover {
         self.moment += (point - self.handed_center).cross(impulse);
         let free = self.free(normal, impulse);
         self.linear += self.inverse_mass * free;
-        self.angular += self.turn((point - self.center).cross(free));
+        self.angular += self.turn(normal, (point - self.center).cross(free));
     }
 }
 
