@@ -40,6 +40,12 @@ env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
 test -s "$picture"
 rm -f "$picture"
 
+stage "in a world of Avian, with skins: lint, tests, the code of the guides"
+extras=(--locked --no-default-features --features "avian gltf")
+cargo clippy "${extras[@]}" --all-targets -- -D warnings
+cargo test "${extras[@]}" --lib --example avian_push --test avian --test avian_ground --test skin
+cargo test "${extras[@]}" --doc engine
+
 stage "the demo in a browser"
 if command -v node >/dev/null && command -v rustup >/dev/null; then
     bash web/build.sh --quick

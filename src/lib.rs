@@ -34,6 +34,8 @@
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
 //! | `ui` | panels for any egui window: inspector, plots, pushes, contact plate, key-pose editor, training monitor | yes |
+//! | `avian` | athletes on the colliders of Avian, pushing its bodies | |
+//! | `gltf` | Bevy's glTF loader, for skinned meshes over the links | |
 //! | `app` | the demo: a window on a rink | yes |
 //!
 //! Features only add. A game wants `default-features = false, features = ["render"]`, a server `["engine"]`.

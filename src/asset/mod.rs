@@ -1,6 +1,7 @@
-//! Files to validated data and back: characters, motion clips, BVH, joint maps, contracts of policies, robustness cards, state
-//! as bytes.
+//! Files to validated data and back: characters, motion clips, BVH, joint maps, bone maps, contracts of policies, robustness
+//! cards, state as bytes.
 
+pub mod bone_map;
 pub mod bvh;
 mod bvh_parse;
 pub mod card;

@@ -3,7 +3,7 @@
 use crate::contact::solver::ContactCluster;
 use crate::contact::{BladeContact, ContactMobility, SurfaceHit, Terrain};
 use crate::dynamics::LinkKinematics;
-use crate::math::{Force, Motion, Real, Vec3};
+use crate::math::{Force, Motion, Real, Sym3, Vec3};
 use crate::model::{CharacterModel, ContactKind};
 
 /// A contact point (or an open end of a grip) that takes part in this step.
@@ -65,6 +65,14 @@ impl<R: Real> ContactCandidate<R> {
             partner: 0,
             bite: R::zero(),
         }
+    }
+    /// The surface takes the opposite of impulses along the rows and gives way: what is aimed at goes with it.
+    #[inline(always)]
+    pub(crate) fn push_surface(&mut self, give: &[R; 6], d: &[R; 3]) {
+        let [nn, tt, ss, nt, ns, ts] = *give;
+        self.aims[0] -= nn * d[0] + nt * d[1] + ns * d[2];
+        self.aims[1] -= nt * d[0] + tt * d[1] + ts * d[2];
+        self.aims[2] -= ns * d[0] + ts * d[1] + ss * d[2];
     }
     /// The impulse on the link, world axes, N s.
     #[inline(always)]
@@ -129,6 +137,12 @@ pub struct ContactScratch<R: Real> {
     count: usize,
     /// Lanes that got an answer from the terrain which is no number, since this was last cleared.
     pub(crate) unanswered: R::Mask,
+    /// True where a surface may give way in this step; the two lists below are of use only then.
+    pub(crate) yields: bool,
+    /// By candidate: velocity of the surface per impulse on it, world axes, 1/kg.
+    pub(crate) gives: Vec<Sym3<R>>,
+    /// The same along the rows of the candidate: 00, 11, 22, 01, 02, 12.
+    pub(crate) give_rows: Vec<[R; 6]>,
     /// Links that take part.
     pub groups: Vec<ContactGroup<R>>,
     /// Clusters of those links.
@@ -175,6 +189,9 @@ impl<R: Real> ContactScratch<R> {
             storage: vec![ContactCandidate::blank(); capacity],
             count: 0,
             unanswered: zero.lt(zero),
+            yields: false,
+            gives: vec![Sym3::zero(); capacity],
+            give_rows: vec![[R::zero(); 6]; capacity],
             groups: Vec::with_capacity(capacity),
             clusters: Vec::with_capacity(capacity),
             mobility: ContactMobility::new(model),
@@ -189,6 +206,7 @@ impl<R: Real> ContactScratch<R> {
     /// Removes all candidates.
     pub fn clear(&mut self) {
         self.count = 0;
+        self.yields = false;
         self.groups.clear();
         self.blades.iter_mut().for_each(|b| *b = None);
     }
@@ -208,7 +226,19 @@ pub fn detect_contacts<R: Real>(
 ) -> bool {
     scratch.clear();
     let margin = R::splat(margin);
-    let ContactScratch { order, probes, reach, blades, storage: candidates, count, unanswered, groups, .. } = scratch;
+    let ContactScratch {
+        order,
+        probes,
+        reach,
+        blades,
+        storage: candidates,
+        count,
+        unanswered,
+        yields,
+        gives,
+        groups,
+        ..
+    } = scratch;
     let far = R::splat(1e9);
     // Anything beyond this, and NaN, is no answer; of a body that is nowhere none is expected.
     let absurd = R::splat(1e12);
@@ -229,7 +259,7 @@ pub fn detect_contacts<R: Real>(
         for &p in &order[range.clone()] {
             let point = &model.contact_points[p];
             let arm = k.rotation.mul_vec(Vec3::splat(point.position));
-            let hit = terrain.query(origin + arm);
+            let hit = terrain.query_contact(p, origin + arm);
             let size =
                 hit.distance.abs() + hit.friction.abs() + hit.velocity.length_squared() + hit.normal.length_squared();
             *unanswered = *unanswered | (somewhere & near & !size.lt(absurd));
@@ -314,6 +344,13 @@ pub fn detect_contacts<R: Real>(
                 candidates[b].partner = a;
             }
         }
+    }
+    if terrain.yields() && !candidates.is_empty() {
+        *yields = true;
+        for c in candidates.iter_mut().filter(|c| !c.is_grip) {
+            c.directions[0] = probes[c.source].hit.normal;
+        }
+        terrain.give(root_position, candidates, &mut gives[..candidates.len()]);
     }
     !candidates.is_empty()
 }

@@ -93,11 +93,12 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
     let inverse_h = R::splat(1.0 / h);
     // A turn by more than this in half a step is no carve.
     let (half_step, most_turn) = (R::splat(0.5 * h), R::splat(0.1));
-    let ContactScratch { probes, blades, storage: candidates, groups, mobility, .. } = scratch;
+    let ContactScratch { probes, blades, storage: candidates, yields, gives, give_rows, groups, mobility, .. } =
+        scratch;
     for group in groups.iter() {
         let own = mobility.own(group.link);
         let k = &kinematics[group.link];
-        for c in &mut candidates[group.start..group.end] {
+        for (c, at) in candidates[group.start..group.end].iter_mut().zip(group.start..) {
             let warm;
             if c.is_grip {
                 c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
@@ -156,6 +157,15 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 c.moments[r].dot(c.responses[s].angular) + c.directions[r].dot(c.responses[s].linear)
             };
             c.coupling = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
+            let gives_way = *yields && !c.is_grip;
+            if gives_way {
+                let moved = c.directions.map(|d| gives[at].mul_vec(d));
+                let entry = |r: usize, s: usize| c.directions[r].dot(moved[s]);
+                give_rows[at] = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
+                c.coupling.iter_mut().zip(&give_rows[at]).for_each(|(own, surface)| *own += *surface);
+            } else if *yields {
+                give_rows[at] = [zero; 6];
+            }
             for r in 0..3 {
                 // Never negative in exact arithmetic; the floor keeps rounding out of the reciprocal.
                 let safe = c.coupling[r].max(R::splat(1e-9));
@@ -170,6 +180,10 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 c.impulses[1] = c.impulses[1].clamp(-limit, limit);
                 let side = R::select(c.blade, c.bite * c.impulses[0], limit);
                 c.impulses[2] = c.impulses[2].clamp(-side, side);
+            }
+            if gives_way {
+                let warm = c.impulses;
+                c.push_surface(&give_rows[at], &warm);
             }
         }
     }

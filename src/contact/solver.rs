@@ -115,9 +115,10 @@ impl<R: Real> SweepChange<R> {
 
 /// One pass over the points of a link in the lanes of `running`; returns the impulse wrench that it adds.
 #[inline(always)]
-fn sweep_link<R: Real>(
+fn sweep_link<R: Real, const YIELDS: bool>(
     group: &mut ContactGroup<R>,
     candidates: &mut [ContactCandidate<R>],
+    gives: &[[R; 6]],
     running: R::Mask,
     change: &mut SweepChange<R>,
 ) -> Force<R> {
@@ -132,6 +133,9 @@ fn sweep_link<R: Real>(
         let d = [kept[0] - c.impulses[0], kept[1] - c.impulses[1], kept[2] - c.impulses[2]];
         c.impulses = kept;
         change.add(&d, kept[0]);
+        if YIELDS {
+            c.push_surface(&gives[at], &d);
+        }
         add_response(c, &d, &mut v);
         add_wrench(c, &d, &mut w);
     }
@@ -184,7 +188,17 @@ fn tell_others<R: Real>(
 /// from there.
 #[inline]
 pub fn solve_contacts<R: Real>(sweeps: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
-    let ContactScratch { storage: candidates, groups, clusters, mobility, .. } = scratch;
+    if scratch.yields {
+        solve::<R, true>(sweeps, tolerance, scratch)
+    } else {
+        solve::<R, false>(sweeps, tolerance, scratch)
+    }
+}
+
+/// `solve_contacts`; `YIELDS` where a surface may give way.
+#[inline]
+fn solve<R: Real, const YIELDS: bool>(sweeps: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
+    let ContactScratch { storage: candidates, give_rows, groups, clusters, mobility, .. } = scratch;
     clusters.clear();
     for (a, group) in groups.iter().enumerate() {
         let hub = mobility.hub(group.link);
@@ -224,7 +238,7 @@ pub fn solve_contacts<R: Real>(sweeps: usize, tolerance: f64, scratch: &mut Cont
             }
             let mut to_hub = Force::zero();
             for a in cluster.start..cluster.end {
-                let w = sweep_link(&mut groups[a], candidates, running, &mut change);
+                let w = sweep_link::<R, YIELDS>(&mut groups[a], candidates, give_rows, running, &mut change);
                 let first = if last { a + 1 } else { cluster.start };
                 to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
             }

@@ -1,7 +1,7 @@
 //! The world as the characters feel it: a signed distance with a normal, a surface velocity and a surface kind.
 
-use crate::contact::Geometry;
-use crate::math::{Real, Vec3};
+use crate::contact::{ContactCandidate, Geometry};
+use crate::math::{Real, Sym3, Vec3};
 use glam::{DQuat, DVec3};
 
 /// What a surface is made of.
@@ -110,6 +110,52 @@ pub trait Terrain<R: Real> {
     #[inline]
     fn clearance(&self, point: Vec3<R>) -> R {
         self.query(point).distance
+    }
+
+    /// `query` on behalf of contact point `index` of the character. A terrain of several things overrides it to remember
+    /// which of them the point is on.
+    #[inline]
+    fn query_contact(&self, index: usize, point: Vec3<R>) -> SurfaceHit<R> {
+        let _ = index;
+        self.query(point)
+    }
+
+    /// True if something in it may give way; then `give` is asked in every step with contact.
+    #[inline]
+    fn yields(&self) -> bool {
+        false
+    }
+
+    /// How the surface under each candidate gives way: `out[k]` is the velocity there per impulse on it, world axes, 1/kg;
+    /// zero where it does not move. `root` is what the candidates' places are relative to (world frame, m). Of a candidate
+    /// only the source, the place and the normal (`directions[0]`) are known yet; grips are among them, and theirs is not used.
+    #[inline]
+    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
+        let _ = (root, candidates);
+        out.fill(Sym3::zero());
+    }
+}
+
+impl<R: Real, T: Terrain<R>> Terrain<R> for &T {
+    #[inline]
+    fn query(&self, point: Vec3<R>) -> SurfaceHit<R> {
+        T::query(self, point)
+    }
+    #[inline]
+    fn clearance(&self, point: Vec3<R>) -> R {
+        T::clearance(self, point)
+    }
+    #[inline]
+    fn query_contact(&self, index: usize, point: Vec3<R>) -> SurfaceHit<R> {
+        T::query_contact(self, index, point)
+    }
+    #[inline]
+    fn yields(&self) -> bool {
+        T::yields(self)
+    }
+    #[inline]
+    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
+        T::give(self, root, candidates, out);
     }
 }
 

@@ -3,9 +3,10 @@
 //! The step itself is either that of the body's own simulator or that of a common one in whose lane the body is
 //! (`lane_steps.rs`). Both ways call the same functions in the same order.
 
-use crate::contact::World as Surroundings;
+use crate::contact::Terrain;
 use crate::engine::body::still;
 use crate::engine::driver::Driver;
+use crate::engine::ground::Ground;
 use crate::engine::quarantine::bad_input;
 use crate::engine::watch::{Happening, Touches};
 use crate::engine::{AthleteBody, AthleteDetail, AthleteSettings, QuarantineReason};
@@ -79,7 +80,7 @@ impl AthleteBody {
         sim: &mut Simulator<R>,
         lane: usize,
         touches: &Touches<R>,
-        surroundings: &Surroundings,
+        surroundings: &impl Terrain<f64>,
     ) {
         self.simulator.state.time += self.simulator.step_seconds();
         let time = self.simulator.state.time;
@@ -120,17 +121,28 @@ impl AthleteBody {
     }
 
     /// Runs the steps of a tick with the body's own simulator.
-    pub(super) fn step_alone(&mut self, due: u32, surroundings: &Surroundings) {
+    pub(super) fn step_alone(&mut self, due: u32, ground: &mut impl Ground) {
         for _ in 0..due {
             self.drive();
             if self.quarantine.is_some() {
                 return;
             }
-            step(&mut self.simulator, surroundings);
+            step(&mut self.simulator, ground);
+            ground.stepped(&self.simulator);
             let touches = Touches::of(&self.simulator, &self.watch);
             let time = self.simulator.state.time;
-            self.watch.observe(&mut self.simulator, 0, time, &touches, surroundings, &mut self.happened);
+            self.watch.observe(&mut self.simulator, 0, time, &touches, ground, &mut self.happened);
             self.after_step();
+        }
+    }
+
+    /// The whole tick on a ground of its own.
+    #[cfg(feature = "avian")]
+    pub(super) fn advance(&mut self, dt: Duration, ground: &mut impl Ground, settings: &AthleteSettings) {
+        let due = self.begin_tick(dt, settings);
+        if due > 0 {
+            self.step_alone(due, ground);
+            self.end_tick(settings);
         }
     }
 

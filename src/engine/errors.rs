@@ -1,6 +1,7 @@
 //! Why a file was not loaded or an athlete not simulated.
 
 use crate::asset::AssetError;
+use crate::asset::bone_map::BoneMapError;
 use crate::control::ControlError;
 use bevy::prelude::*;
 
@@ -19,6 +20,9 @@ pub enum LoadError {
     /// The file is no possible character; the message names the file.
     #[error(transparent)]
     Character(#[from] AssetError),
+    /// The file is no bone map; the message names the file.
+    #[error(transparent)]
+    BoneMap(#[from] BoneMapError),
     /// The file is no control that can be played.
     #[error("{file}: {source}")]
     Control {

@@ -49,7 +49,7 @@ pub(super) fn step_all(due: Vec<Due>, lanes: bool, surroundings: &Surroundings, 
     let free = Mutex::new(std::mem::take(&mut kept.0));
     let run = |mut group: Vec<Due>| {
         match group.as_mut_slice() {
-            [due] => due.body.step_alone(due.steps, surroundings),
+            [due] => due.body.step_alone(due.steps, &mut &*surroundings),
             several => {
                 let mut sim = take(&free, several[0].body.model(), *several[0].body.simulator().settings());
                 step_together(several, &mut sim, surroundings);

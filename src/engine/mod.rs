@@ -23,6 +23,7 @@
 //! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
 //! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
 //! | [`AthleteDiagnosticsPlugin`] | `engine` | figures in Bevy's `DiagnosticsStore` |
+//! | [`AthleteSkinPlugin`] | `engine` | skinned meshes whose bones follow the links ([`AthleteSkin`]) |
 //! | [`AthleteRenderPlugin`] | `render` | meshes for the shapes of every link, the ghost of the reference |
 //!
 //! # Time
@@ -58,6 +59,7 @@
 //! | [`LinkPoses`] | component | where its links are |
 //! | [`AthleteHistory`] | component | its last seconds, for [`AthleteRewind`] |
 //! | [`AthleteLod`], [`AthleteDetail`], [`AthleteViewer`] | component | level of detail by distance |
+//! | [`AthleteSkin`], [`DressedIn`], [`SkinRefused`] | component | a skinned mesh in place of the plain shapes |
 //! | [`AthleteWorld`] | resource | what all athletes stand on |
 //! | [`PlaybackSpeed`] | resource | pause and slow motion |
 //! | [`AthleteBudget`], [`AthleteLodReport`] | resource | time for the steps of a frame, and what it allowed |
@@ -66,6 +68,8 @@
 //! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod assets;
+#[cfg(feature = "avian")]
+pub mod avian;
 mod body;
 mod body_state;
 mod body_step;
@@ -76,6 +80,7 @@ mod driver;
 mod errors;
 mod events;
 mod forces;
+mod ground;
 mod history;
 mod lane_steps;
 mod performer;
@@ -86,6 +91,7 @@ mod poses;
 mod quarantine;
 mod skill_assets;
 mod skill_components;
+mod skin;
 mod snapshot;
 mod spawn;
 mod step_clock;
@@ -129,8 +135,9 @@ pub use poses::LinkPoses;
 pub use quarantine::QuarantineReason;
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skill_components::{SkatingProgram, SkillController, Steering};
+pub use skin::{AthleteSkin, AthleteSkinPlugin, BoneMapAsset, DressedIn, SkinRefused};
 pub use snapshot::{AthleteSnapshot, SnapshotError};
 #[cfg(feature = "ui")]
 pub(crate) use visuals::shape_mesh;
 #[cfg(feature = "render")]
-pub use visuals::{AthleteRenderPlugin, LinkVisual};
+pub use visuals::{AthleteRenderPlugin, BladeVisual, LinkVisual};

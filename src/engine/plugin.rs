@@ -6,9 +6,9 @@ use crate::engine::history;
 use crate::engine::{
     Athlete, AthleteAssetPlugin, AthleteBudget, AthleteController, AthleteDetail, AthleteDiagnosticsPlugin,
     AthleteFell, AthleteForces, AthleteLanes, AthleteLod, AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined,
-    AthleteRefused, AthleteReset, AthleteRewind, AthleteSettings, AthleteTargets, AthleteViewer, AthleteWorld,
-    BladeEdgeChanged, ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram, SkillController, SkillEnded,
-    SkillStarted, Steering, TakeOff, forces, spawn, systems,
+    AthleteRefused, AthleteReset, AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteTargets, AthleteViewer,
+    AthleteWorld, BladeEdgeChanged, ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram,
+    SkillController, SkillEnded, SkillStarted, Steering, TakeOff, forces, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -38,7 +38,8 @@ impl PluginGroup for AthletePlugins {
             .add(AthleteAssetPlugin)
             .add(AthleteSimulationPlugin)
             .add(AthletePlaybackPlugin)
-            .add(AthleteDiagnosticsPlugin);
+            .add(AthleteDiagnosticsPlugin)
+            .add(AthleteSkinPlugin);
         #[cfg(feature = "render")]
         let group = group.add(crate::engine::AthleteRenderPlugin);
         group

@@ -1,6 +1,7 @@
 //! The systems of a fixed tick, and interpolation between ticks.
 
 use crate::engine::diagnostics::StepTally;
+use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::performer::Performer;
 use crate::engine::poses::to_transform;
@@ -110,14 +111,14 @@ pub(super) fn check_transforms(mut athletes: Query<(&mut AthleteBody, &Transform
     }
 }
 
-/// Steps every athlete through the tick, on all threads of the compute pool.
+/// Steps every athlete that has no ground of its own through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
     time: Res<Time>,
     surroundings: Res<AthleteWorld>,
     lanes: Res<AthleteLanes>,
     mut kept: Local<LaneSimulators>,
     mut tally: ResMut<StepTally>,
-    mut athletes: Query<(&mut AthleteBody, &AthleteSettings)>,
+    mut athletes: Query<(&mut AthleteBody, &AthleteSettings), Without<OwnGround>>,
 ) {
     let (begin, dt) = (Instant::now(), time.delta());
     let due: Vec<Due> = athletes

@@ -28,6 +28,7 @@ impl Plugin for AthleteRenderPlugin {
         app.register_type::<AthleteLook>()
             .register_type::<AthleteGhost>()
             .register_type::<LinkVisual>()
+            .register_type::<BladeVisual>()
             .register_type::<AthleteGizmos>()
             .add_systems(
                 PostUpdate,
@@ -57,6 +58,11 @@ pub struct LinkVisual {
     /// Whether it belongs to the ghost of the reference.
     pub ghost: bool,
 }
+
+/// Marks a [`LinkVisual`] that is a blade: it stays when a skin hides the shapes of its link.
+#[derive(Component, Clone, Copy, Debug, Default, Reflect)]
+#[reflect(Component, Default)]
+pub struct BladeVisual;
 
 /// One shape, ready to be drawn.
 #[derive(Clone)]
@@ -164,6 +170,9 @@ fn build_visuals(
             ));
             if !look.shadows {
                 child.insert(NotShadowCaster);
+            }
+            if shape.part == Part::Steel {
+                child.insert(BladeVisual);
             }
             if let Some(material) = &ghost {
                 commands.spawn((

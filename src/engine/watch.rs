@@ -1,7 +1,7 @@
 //! Watches a body step by step and notes what is worth an event.
 
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::contact::{BladeEdge, Terrain, World as Surroundings};
+use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
 use crate::engine::QuarantineReason;
 use crate::engine::body::standing_height;
@@ -148,7 +148,7 @@ impl Watch {
         lane: usize,
         time: f64,
         touches_now: &Touches<R>,
-        surroundings: &Surroundings,
+        surroundings: &impl Terrain<f64>,
         out: &mut Vec<Happening>,
     ) {
         for (blade, watch) in self.edges.iter_mut().enumerate() {
@@ -187,7 +187,7 @@ impl Watch {
         // The height is only asked for where it matters: while the trunk touches, and after a fall.
         if self.fallen || on_trunk {
             let com = Vec3::<f64>::splat(sim.center_of_mass().lane(lane));
-            let height = Terrain::<f64>::query(surroundings, com).distance;
+            let height = surroundings.query(com).distance;
             if on_trunk && !self.fallen {
                 let hit = |(impulse, trunk): (&Vec3<R>, &bool)| *trunk && R::mask_lane(touches(impulse), lane);
                 let point = sim.state.contact_impulses.iter().zip(&self.trunk).position(hit);

@@ -1,6 +1,7 @@
 //! The frozen description of a character, built once from a validated file.
 
 mod body_landmarks;
+mod bone_binding;
 mod build;
 mod character_model;
 mod inverse_kinematics;
@@ -19,6 +20,7 @@ mod sole_height;
 mod windows;
 
 pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
+pub use bone_binding::{BoundBone, RestBone, bind_bones, rest_links};
 pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
     SharedModel,
