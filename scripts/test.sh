@@ -27,24 +27,22 @@ cargo test --locked --release --no-default-features --features train --test dete
 stage "the same bits in a portable build and in WASM"
 bash scripts/wasm_bits.sh
 
+# With the features that are off by default too, in every stage: the engine is built once.
+engine=(--locked --features "avian gltf")
 stage "with the engine: lint, docs"
-cargo clippy --locked --all-targets -- -D warnings
-RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
+cargo clippy "${engine[@]}" --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc "${engine[@]}" --no-deps
 
-stage "with the engine: tests, examples, the demo without a display"
-cargo test --locked --lib --examples --test bevy_plugin --test engine_snapshots --test engine_rooms --test engine_detail --test panels \
-    --test key_pose_editor
-cargo test --locked --doc -- ui::
+stage "with the engine: tests, examples, the code of the guides"
+cargo test "${engine[@]}" --lib --examples --test bevy_plugin --test engine_snapshots --test engine_rooms --test engine_detail \
+    --test panels --test key_pose_editor --test avian --test avian_ground --test skin
+cargo test "${engine[@]}" --doc
+
+stage "the demo without a display"
 picture=$(mktemp --suffix .png)
-env -u DISPLAY -u WAYLAND_DISPLAY cargo run --locked -- --storyboard "$picture"
+env -u DISPLAY -u WAYLAND_DISPLAY cargo run "${engine[@]}" -- --storyboard "$picture"
 test -s "$picture"
 rm -f "$picture"
-
-stage "in a world of Avian, with skins: lint, tests, the code of the guides"
-extras=(--locked --no-default-features --features "avian gltf")
-cargo clippy "${extras[@]}" --all-targets -- -D warnings
-cargo test "${extras[@]}" --lib --example avian_push --test avian --test avian_ground --test skin
-cargo test "${extras[@]}" --doc engine
 
 stage "the demo in a browser"
 if command -v node >/dev/null && command -v rustup >/dev/null; then

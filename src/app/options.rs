@@ -104,6 +104,18 @@ impl DemoOptions {
     }
 }
 
+fn scene(name: &str) -> Result<DemoScene, String> {
+    DemoScene::of_name(name).ok_or_else(|| format!("valid: {}", DemoScene::ALL.map(DemoScene::name).join(", ")))
+}
+
+fn act(name: &str) -> Result<Act, String> {
+    Act::of_name(name).ok_or_else(|| format!("valid: {}", Act::names().collect::<Vec<_>>().join(", ")))
+}
+
+fn panel(name: &str) -> Result<Panel, String> {
+    Panel::of_name(name).ok_or_else(|| format!("valid: {}", Panel::ALL.map(Panel::name).join(", ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,16 +141,4 @@ mod tests {
             assert!(matches!(refused, QueryError::NotInPage { name: found } if found == name), "{refused}");
         }
     }
-}
-
-fn scene(name: &str) -> Result<DemoScene, String> {
-    DemoScene::of_name(name).ok_or_else(|| format!("valid: {}", DemoScene::ALL.map(DemoScene::name).join(", ")))
-}
-
-fn act(name: &str) -> Result<Act, String> {
-    Act::of_name(name).ok_or_else(|| format!("valid: {}", Act::names().collect::<Vec<_>>().join(", ")))
-}
-
-fn panel(name: &str) -> Result<Panel, String> {
-    Panel::of_name(name).ok_or_else(|| format!("valid: {}", Panel::ALL.map(Panel::name).join(", ")))
 }

@@ -76,7 +76,8 @@ fn file_row(ui: &mut egui::Ui, editor: &mut PoseEditor) {
         let edit = TextEdit::singleline(&mut editor.path).hint_text("NAME.keyposes.ron").desired_width(f32::INFINITY);
         let typed = ui.add(edit);
         if typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
-            editor.open(editor.path.trim().to_owned());
+            let path = std::path::PathBuf::from(editor.path.trim());
+            editor.open(path);
         }
     });
     let Some(document) = editor.document() else { return };
