@@ -70,6 +70,8 @@ pub mod control;
 pub mod dynamics;
 #[cfg(feature = "engine")]
 pub mod engine;
+#[cfg(feature = "engine")]
+pub mod guide;
 pub mod math;
 pub mod model;
 pub mod scenes;

@@ -1,23 +1,20 @@
-//! The demo: a rink, a skater simulated on it, the reference it follows as a ghost beside it. Feature `app`.
+//! The demo: scenes of athletes, simulated, in a window, a page or without either. Feature `app`.
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `options` | the command line, the query of a page |
-//! | `scene` | what is simulated, the same in the window and without one |
-//! | `headless` | the scene without Bevy: summary table and storyboard |
-//! | `window` | the Bevy app: plugins, quality, the skater, keys |
+//! | `options` | the command line, and the query of a page's address |
+//! | `window` | the Bevy app: plugins, quality, the camera |
+//! | `scenes/` | rink, foot lab, course, crowd: one state of the app each |
+//! | `scene`, `headless` | a control on its character; the same without Bevy: summary table and storyboard |
+//! | `menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
+//! | `panels` | the panels of feature `ui`, opened as the command line asks |
+//! | `keys`, `touch`, `pull` | keys, fingers as a mouse, pulling at a limb |
+//! | `news` | what has just happened, in words; who fell starts again |
+//! | `camera` | orbit, follow, free |
+//! | `props`, `rink`, `scenery` | ice, boards, hall, hills, light |
+//! | `reflection`, `tracks`, `spray` | the image in the ice, the lines of the blades, the ice they throw up |
 //! | `screenshot` | renders some frames, saves a picture and ends |
-//! | `rink` | ice, markings, boards, light |
-//! | `scenery` | snow, trees and hills around it |
-//! | `reflection` | the mirror image of the skater in the ice |
-//! | `tracks` | the lines that the blades leave |
-//! | `camera` | the orbit camera |
-//! | `panel` | the panel: a function of `&mut egui::Ui` |
-//! | `buttons` | pause, slow motion and a new start as buttons |
-//! | `touch` | fingers as a mouse |
-//! | `crowd` | more skaters, each with its policy |
 //! | `web` | wasm32: the demo in a page, and what it tells the page |
-//! | `panels` | the panels of feature `ui` |
 
 mod buttons;
 mod camera;

@@ -96,7 +96,7 @@ impl Driven {
                 if skills.is_empty() {
                     return Err(misfit("Steering has no skills; valid: at least one".into()));
                 }
-                let player = Box::new(SteeringPlayer::new(skills, rate).ok_or_else(odd_rate)?);
+                let player = Box::new(SteeringPlayer::new(skills, body.model(), rate).ok_or_else(odd_rate)?);
                 let wish = Wish { direction: DVec3::ZERO, speed: 2.5, perform: None };
                 body.perform(Performer::Steered { player, wish });
             }

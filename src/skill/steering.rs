@@ -3,14 +3,15 @@
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
+use crate::model::CharacterModel;
 use crate::sim::Simulator;
 use crate::skill::transition::{Transition, best_transition};
 use crate::skill::{SkillPlayer, TrainedSkill, Way};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Deviation from the wished direction at which a curving skill is chosen, and below which it is left, rad.
-const CURVE: (f64, f64) = (0.6, 0.25);
+/// Deviation from the wished direction at which a curving skill is chosen, rad.
+const CURVE: f64 = 0.6;
 /// How fast a skill that goes straight is turned, rad/s for each radian of deviation, and at most.
 const STEER: (f64, f64) = (0.6, 0.35);
 
@@ -52,12 +53,23 @@ pub struct SteeringPlayer {
 impl SteeringPlayer {
     /// A player at the start of the first skill. `rate`: steps per second of the simulation. `None` without skills, or if
     /// the rate does not fit one of them.
-    pub fn new(skills: Vec<Arc<TrainedSkill>>, rate: f64) -> Option<Self> {
+    pub fn new(skills: Vec<Arc<TrainedSkill>>, model: &CharacterModel, rate: f64) -> Option<Self> {
         for skill in &skills {
             SkillPlayer::new(skill.clone(), rate)?;
         }
         let player = SkillPlayer::new(skills.first()?.clone(), rate)?;
-        let known: Vec<Known> = skills.into_iter().map(Known::of).collect();
+        let mut known: Vec<Known> = skills.into_iter().map(Known::of).collect();
+        // What repeats on a curve can be performed on the other hand too, unless that is among the skills itself; the
+        // straight skills too, so that a passage between images is the image of one that was learnt.
+        let curves = |k: &Known| k.repeats() && k.curve.abs() > 0.1;
+        let one_handed = |k: &Known| {
+            !known.iter().any(|other| curves(other) && other.way == k.way && other.curve.signum() != k.curve.signum())
+        };
+        if known.iter().any(|k| curves(k) && one_handed(k)) {
+            let missing = |k: &&Known| k.repeats() && (!curves(k) || one_handed(k));
+            let images: Vec<Known> = known.iter().filter(missing).map(|k| k.image(model)).collect();
+            known.extend(images);
+        }
         let passage = |a: &Known, b: &Known| best_transition(&a.skill.motion, &b.skill.motion, b.skill.entry_ticks());
         let passages = known.iter().map(|a| known.iter().map(|b| passage(a, b)).collect()).collect();
         Some(Self { known: known.into(), passages, player, rate, now: 0, next: None, begun: Some(0) })
@@ -171,25 +183,37 @@ impl SteeringPlayer {
         let suits = |k: &Known| k.skill.motion.cycle().is_some() && k.way == here.way;
         let side = |k: &Known| k.curve.abs() > 0.1 && k.curve.signum() == off.signum();
         if here.curve.abs() > 0.1 {
-            // Left when the curve has brought it round, or leads the wrong way.
-            let leave = off.abs() < CURVE.1 || (!side(here) && off.abs() > CURVE.0);
-            let straight = self.known.iter().position(|k| suits(k) && k.curve.abs() <= 0.1);
-            return straight.filter(|_| leave);
+            // It is left once in a cycle: when going straight on now is nearer to the wish than after another cycle.
+            let in_a_cycle = here.curve.abs() * here.skill.motion.duration();
+            let leave = off * here.curve.signum() < 0.5 * in_a_cycle;
+            return self.nearest(|k| suits(k) && k.curve.abs() <= 0.1).filter(|_| leave);
         }
         let curve = self.known.iter().position(|k| suits(k) && side(k));
-        curve.filter(|_| off.abs() > CURVE.0)
+        curve.filter(|_| off.abs() > CURVE)
     }
 
     /// The skill that repeats and begins most like the present one ends.
     fn after_end(&self) -> usize {
-        let from = &self.passages[self.now];
-        let repeats = |k: &usize| self.known[*k].skill.motion.cycle().is_some() && *k != self.now;
-        let near = |k: &usize| from[*k].distance;
-        (0..self.known.len()).filter(repeats).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(0)
+        self.nearest(Known::repeats).unwrap_or(0)
+    }
+
+    /// The skill of a kind, other than the present one, that begins most like the present one is left.
+    fn nearest(&self, is_wanted: impl Fn(&Known) -> bool) -> Option<usize> {
+        let near = |k: &usize| self.passages[self.now][*k].distance;
+        let wanted = (0..self.known.len()).filter(|&k| k != self.now && is_wanted(&self.known[k]));
+        wanted.min_by(|a, b| near(a).total_cmp(&near(b)))
     }
 }
 
 impl Known {
+    fn repeats(&self) -> bool {
+        self.skill.motion.cycle().is_some()
+    }
+
+    fn image(&self, model: &CharacterModel) -> Self {
+        Self { skill: Arc::new(self.skill.mirrored(model)), way: self.way, curve: -self.curve }
+    }
+
     fn of(skill: Arc<TrainedSkill>) -> Self {
         let motion = &skill.motion;
         let last = motion.last();

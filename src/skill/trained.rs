@@ -2,7 +2,9 @@
 
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::control::tracking::{Heading, ObservationLayout, TICK_PARTS, TrackedMotion, Tracker};
+use crate::control::tracking::{
+    Heading, ObservationLayout, PolicyMirror, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
+};
 use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, ModelPose, SharedModel};
@@ -36,6 +38,9 @@ pub enum TrainedSkillError {
     },
 }
 
+/// What the name of a mirrored skill ends with.
+const MIRRORED: &str = "_mirrored";
+
 /// A description, its motion and its policy, checked against each other and the character.
 #[derive(Clone, Debug)]
 pub struct TrainedSkill {
@@ -45,6 +50,8 @@ pub struct TrainedSkill {
     pub motion: Arc<TrackedMotion>,
     /// The policy.
     pub policy: Policy,
+    /// Set where the skill is performed to the other side than it was learnt.
+    pub mirror: Option<Arc<PolicyMirror>>,
 }
 
 impl TrainedSkill {
@@ -80,7 +87,20 @@ impl TrainedSkill {
             return mismatch("other joints".into(), links.join(", "));
         }
         let motion = Arc::new(definition.prepare_motion(clip, model)?);
-        Ok(Self { definition, motion, policy })
+        Ok(Self { definition, motion, policy, mirror: None })
+    }
+
+    /// The same skill to the other side, called `NAME_mirrored`: the motion's image, and a policy that sees the image of
+    /// the body and whose action is mirrored back. Mirrored twice it is the skill again.
+    pub fn mirrored(&self, model: &CharacterModel) -> Self {
+        let mut definition = self.definition.clone();
+        definition.name = match definition.name.strip_suffix(MIRRORED) {
+            Some(name) => name.into(),
+            None => definition.name + MIRRORED,
+        };
+        let mirror = self.mirror.is_none().then(|| Arc::new(PolicyMirror::of(model)));
+        let motion = Arc::new(self.motion.mirrored(&mirror_links(model)));
+        Self { definition, motion, policy: self.policy.clone(), mirror }
     }
 
     /// Last tick at which it may be entered, see [`ENTRY`].
@@ -106,6 +126,7 @@ pub struct SkillPlayer {
     seen: Vec<f64>,
     row: Vec<f32>,
     action: Vec<f32>,
+    spare: Vec<f32>,
     /// The last action held a number that is none.
     bad_action: bool,
 }
@@ -125,6 +146,7 @@ impl SkillPlayer {
             seen: Vec::with_capacity(inputs),
             row: Vec::with_capacity(inputs),
             action: Vec::new(),
+            spare: Vec::new(),
             bad_action: false,
             skill,
         })
@@ -261,8 +283,14 @@ impl SkillPlayer {
         self.seen.clear();
         self.tracker.observe(sim, &mut self.seen);
         self.row.clear();
-        self.row.extend(self.seen.iter().map(|v| *v as f32));
+        match &self.skill.mirror {
+            Some(mirror) => mirror.observation(&self.seen, &mut self.row),
+            None => self.row.extend(self.seen.iter().map(|v| *v as f32)),
+        }
         self.skill.policy.act(&self.row, 1, &mut self.action)?;
+        if let Some(mirror) = &self.skill.mirror {
+            mirror.action(&mut self.action, &mut self.spare);
+        }
         let action = &self.action;
         self.bad_action = !action.iter().all(|v| v.is_finite());
         self.tracker.act(|link| {

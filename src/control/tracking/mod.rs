@@ -6,10 +6,12 @@ pub const TICK_PARTS: usize = 4;
 mod gathered;
 mod heading;
 mod layout;
+mod mirror;
 mod motion;
 mod tracker;
 
 pub use heading::Heading;
 pub use layout::ObservationLayout;
+pub use mirror::{PolicyMirror, mirror_links};
 pub use motion::{CycleShift, TrackedMotion, TrackedTick};
 pub use tracker::{Tracker, TrackerOptions, TrackingTerms};

@@ -1,6 +1,7 @@
 //! A clip prepared for tracking: what the body should be like at every tick of the controller.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::control::tracking::mirror::{image, image_of_rotation, image_of_turn};
 use crate::control::{Reference, ReferenceTick};
 use crate::dynamics::{LinkConstants, LinkKinematics, State, momentum, totals, update_positions, update_velocities};
 use crate::model::{CharacterModel, ModelPose, ModelVelocity};
@@ -153,6 +154,33 @@ impl TrackedMotion {
         }
         let mean_speed = ticks.iter().map(|t| t.com_velocity.dot(t.travel)).sum::<f64>() / count as f64;
         Self { ticks, cycle, tick_rate, mean_speed, ends }
+    }
+
+    /// The mirror image, its left and right exchanged; `links` has for each link the one on the other side (see
+    /// [`mirror_links`](super::mirror_links)).
+    pub fn mirrored(&self, links: &[usize]) -> Self {
+        let swapped = |list: &[DQuat]| links.iter().map(|&i| image_of_rotation(list[i])).collect();
+        let end_of = |end: &usize| self.ends.iter().position(|e| *e == links[*end]);
+        let ends: Vec<usize> = self.ends.iter().enumerate().map(|(k, end)| end_of(end).unwrap_or(k)).collect();
+        let ticks = self.ticks.iter().map(|t| TrackedTick {
+            pose: ModelPose {
+                root_position: image(t.pose.root_position),
+                root_rotation: image_of_rotation(t.pose.root_rotation),
+                joints: swapped(&t.pose.joints),
+            },
+            velocity: ModelVelocity {
+                root_linear: image(t.velocity.root_linear),
+                root_angular: image_of_turn(t.velocity.root_angular),
+                joints: links.iter().map(|&i| image_of_turn(t.velocity.joints[i])).collect(),
+            },
+            com: image(t.com),
+            com_velocity: image(t.com_velocity),
+            ends: ends.iter().map(|&k| image(t.ends[k])).collect(),
+            travel: image(t.travel),
+            phase: t.phase,
+        });
+        let cycle = |c: &CycleShift| CycleShift { turn: (c.turn.0, -c.turn.1), shift: image(c.shift) };
+        Self { ticks: ticks.collect(), cycle: self.cycle.as_ref().map(cycle), ends: self.ends.clone(), ..*self }
     }
 
     /// Ticks per second.
