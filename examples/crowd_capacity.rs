@@ -72,7 +72,7 @@ fn crowd(count: usize) {
             viewer = Some(app.world_mut().spawn(AthleteViewer).id());
         }
         // A change of rate waits for the right step.
-        (0..4).for_each(|_| app.update());
+        (0..8).for_each(|_| app.update());
         for _ in 0..BLOCK {
             app.update();
             let store = app.world().resource::<DiagnosticsStore>();

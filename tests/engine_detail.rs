@@ -63,6 +63,8 @@ fn distance_decides_and_time_goes_on() {
     run_ticks(&mut app, 3);
     assert!(body(&app, athletes[0]).time() > time);
     app.world_mut().entity_mut(viewer).despawn();
+    // Also where no distance is near enough.
+    app.world_mut().get_mut::<AthleteLod>(athletes[1]).unwrap().full = -1.0;
     run_ticks(&mut app, 3);
     assert!(athletes[1..].iter().all(|a| detail(&app, *a) == AthleteDetail::Full));
 }

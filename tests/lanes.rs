@@ -323,12 +323,14 @@ fn an_answer_that_is_no_number_is_noticed_in_its_lane_alone() {
     step(&mut sim, &world);
     let failed: Vec<bool> = (0..4).map(|lane| sim.terrain_failed(lane)).collect();
     assert_eq!(failed, [false, false, true, false]);
-    let sane: Vec<bool> = (0..4).map(|lane| sim.is_sane(lane)).collect();
-    assert_eq!(sane, [true, true, false, true]);
+    // The solver's limits may swallow it, so the state need not show it; nor do the neighbours.
+    assert!([0, 1, 3].iter().all(|lane| sim.is_sane(*lane)));
     // A bad body in a sound world is not the terrain's fault.
+    sim.state.root_position.set_lane(1, DVec3::NAN);
+    sim.state_changed();
     sim.forget_terrain_failures();
     step(&mut sim, &World::ice());
-    assert!((0..4).all(|lane| !sim.terrain_failed(lane)));
+    assert!(!sim.is_sane(1) && (0..4).all(|lane| !sim.terrain_failed(lane)));
     // An empty world answers, too.
     step(&mut sim, &World::empty());
     assert!((0..4).all(|lane| !sim.terrain_failed(lane)));

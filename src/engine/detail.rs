@@ -169,15 +169,14 @@ pub(super) fn choose_detail<Viewer: QueryFilter + 'static>(
         }
         let place = body.simulator().state.root_position.lane(0);
         let distance = looks_from.iter().map(|from| from.distance(place)).min_by(f64::total_cmp);
-        let distance = distance.unwrap_or(0.0);
         let level = |leave: f64| match distance {
-            d if d <= f64::from(lod.full) * leave => AthleteDetail::Full,
-            d if d <= f64::from(lod.reduced) * leave => AthleteDetail::Reduced,
-            _ => AthleteDetail::Frozen,
+            Some(d) if d > f64::from(lod.reduced) * leave => AthleteDetail::Frozen,
+            Some(d) if d > f64::from(lod.full) * leave => AthleteDetail::Reduced,
+            _ => AthleteDetail::Full,
         };
         candidates.push(Candidate {
             entity,
-            distance,
+            distance: distance.unwrap_or(0.0),
             now: body.detail,
             near: (level(1.0), level(1.1)),
             rates: [AthleteDetail::Reduced, AthleteDetail::Full].map(|l| l.rate(&body)),

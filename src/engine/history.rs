@@ -88,7 +88,8 @@ impl AthleteHistory {
             self.span += since;
         }
         self.moments.push_back(Moment { snapshot, since });
-        while self.moments.len() > 1 && self.span - self.moments[1].since >= self.seconds {
+        // Rounding must not keep one too many.
+        while self.moments.len() > 1 && self.span - self.moments[1].since >= self.seconds - 1e-6 {
             self.span -= self.moments[1].since;
             self.moments.pop_front();
         }
