@@ -129,6 +129,28 @@ fn info_shows_a_character_as_table_and_json() {
     refused(&["info", "--character", &file], &["bad.character.ron:1:"]);
 }
 
+/// A trial of a policy leaves a trace without any force from outside, and the card of the skill's own rows stays.
+#[test]
+fn evaluate_tries_other_rows_and_writes_a_trial_down() {
+    let folder = Folder::new("evaluate");
+    let (trace, picture) = (folder.path("trial.jsonl"), folder.path("trial.png"));
+    let card = bevy_athlete::cli::find_skill("two_foot_glide").unwrap().with_file_name("card.json");
+    let before = std::fs::read(&card).unwrap();
+    let asked = ["--trials", "8", "--speed", "1..2", "--trace", &trace, "--storyboard", &picture];
+    let report = done_json(&[&["evaluate", "two_foot_glide", "--json"][..], &asked].concat());
+    assert_eq!(std::fs::read(&card).unwrap(), before, "the card is that of the skill's own rows");
+    assert!(report["rows"][0]["trials"].as_u64().unwrap() >= 8);
+    assert!(report["quality"]["time_at_torque_limits"].is_number());
+
+    let text = std::fs::read_to_string(&trace).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines[0]["format"], "athlete-trace-1");
+    assert!(lines.len() > 1200, "more than a second, {} lines", lines.len());
+    assert!(lines.iter().skip(1).all(|line| line["external"].as_array().unwrap().is_empty()));
+    assert!(lines.iter().skip(1).any(|line| line["contacts"][0]["kind"] == "blade"));
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+}
+
 #[test]
 fn simulate_follows_a_clip_and_writes_trace_and_storyboard() {
     let folder = Folder::new("simulate");

@@ -3,11 +3,14 @@
 use crate::output::{Outcome, say, say_json};
 use bevy_athlete::cli::{FrameRecorder, find_skill, load_task};
 use bevy_athlete::control::Policy;
+use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, robustness_card};
 use clap::Args;
 use serde_json::json;
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -36,6 +39,9 @@ pub struct Evaluate {
     /// Write a storyboard (PNG) of one trial from the start, the reference as a ghost
     #[arg(long)]
     storyboard: Option<PathBuf>,
+    /// Write a trace (JSON lines, one a step) of the same trial
+    #[arg(long)]
+    trace: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -93,9 +99,13 @@ impl Evaluate {
         let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
 
         let (card, shortfalls) = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
-        card.save(folder.join("card.json"))?;
-        if let (Some(path), Some((_, row))) = (&self.storyboard, task.trials()?.first()) {
-            draw_trial(path, row, &policy, self.seed)?;
+        // The card beside a policy is that of the skill's own rows.
+        let own_rows = self.push.is_none() && self.speed.is_none();
+        if own_rows {
+            card.save(folder.join("card.json"))?;
+        }
+        if let (true, Some((_, row))) = (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first()) {
+            show_trial(self.storyboard.as_deref(), self.trace.as_deref(), row, &policy, self.seed)?;
         }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
@@ -121,6 +131,9 @@ impl Evaluate {
         }
         for (name, value) in &card.quality {
             say(&format!("{name:<48} {value:.4}"))?;
+        }
+        if !own_rows {
+            say("card.json is left as it is: these were not the skill's own rows")?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -159,8 +172,15 @@ impl Evaluate {
     }
 }
 
-/// Draws one trial from the start of the motion, to its end or to where it failed.
-fn draw_trial(path: &Path, task: &SkillTask, policy: &Policy, seed: u64) -> Result<(), Box<dyn std::error::Error>> {
+/// Draws and writes down one trial from the start of the motion, to its end or to where it failed.
+fn show_trial(
+    storyboard: Option<&Path>,
+    trace: Option<&Path>,
+    task: &SkillTask,
+    policy: &Policy,
+    seed: u64,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let at = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
     let mut task = task.clone();
     task.skill.episode.start = Some((0.0, 0.0));
     let (size, seconds) = (task.layout.size(), task.motion.duration().min(task.skill.episode.seconds));
@@ -170,12 +190,30 @@ fn draw_trial(path: &Path, task: &SkillTask, policy: &Policy, seed: u64) -> Resu
     let (mut seen, mut scratch) = (vec![0.0; size], Vec::new());
     let mut frames = FrameRecorder::new(seconds, true);
     let mut ending = Ending::GoesOn;
+    let mut writer = match trace {
+        None => None,
+        Some(path) => {
+            let out = BufWriter::new(File::create(path).map_err(|e| at(path, e))?);
+            Some(TraceWriter::new(out, &trial.sim, 0).map_err(|e| at(path, e))?)
+        }
+    };
+    let mut failed = None;
     frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
     while ending == Ending::GoesOn {
         trial.observe(&mut seen);
-        ending = trial.tick(Actor::act(policy, &mut scratch, &mut seen, 1))[0].ending;
+        let action = Actor::act(policy, &mut scratch, &mut seen, 1);
+        let outcomes = trial.tick_with(action, |sim, _| {
+            if let Some(writer) = &mut writer {
+                failed = failed.take().or(writer.record(sim).err());
+            }
+        });
+        ending = outcomes[0].ending;
         frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
     }
+    if let (Some(path), Some(error)) = (trace, failed) {
+        return Err(at(path, error).into());
+    }
+    let Some(path) = storyboard else { return Ok(()) };
     if ending == Ending::Failed {
         frames.caption_from(trial.sim.state.time, "failed");
     }

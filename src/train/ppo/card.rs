@@ -41,6 +41,7 @@ pub fn robustness_card(
             ("time_at_joint_limits", q.at_limits),
             ("work_j_per_m", q.work_per_metre),
             ("largest_torque_n_m", q.torque),
+            ("time_at_torque_limits", q.at_torque_limits),
         ] {
             quality.insert(name.to_owned(), value);
         }

@@ -210,11 +210,11 @@ impl<R: Real> Environment<R> {
 
     /// One tick of every lane under these actions (lanes x size, row by row).
     pub fn tick(&mut self, actions: &[f32]) -> Vec<Outcome> {
-        self.tick_with(actions, |_| {})
+        self.tick_with(actions, |_, _| {})
     }
 
-    /// [`Environment::tick`] that calls `look` at the end of each part of the tick.
-    pub fn tick_with(&mut self, actions: &[f32], mut look: impl FnMut(&mut Simulator<R>)) -> Vec<Outcome> {
+    /// [`Environment::tick`] that calls `look` after each step, and tells it whether a part of the tick ends there.
+    pub fn tick_with(&mut self, actions: &[f32], mut look: impl FnMut(&mut Simulator<R>, bool)) -> Vec<Outcome> {
         let task = self.task.clone();
         let size = task.action_size();
         self.tracker.act(|link| {
@@ -231,16 +231,16 @@ impl<R: Real> Environment<R> {
             if let Some(watcher) = &mut self.watcher {
                 watcher.forget();
             }
-            for _ in 0..steps {
+            for k in 0..steps {
                 step(&mut self.sim, &task.world);
                 if let Some(watcher) = &mut self.watcher {
                     watcher.look(&self.sim);
                 }
+                look(&mut self.sim, k + 1 == steps);
             }
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
             }
-            look(&mut self.sim);
             if let (true, Some(watcher)) = (task.judged, &self.watcher) {
                 for (lane, mut sample) in watcher.sample(&mut self.sim, 0.0).into_iter().enumerate() {
                     let l = &mut self.lanes[lane];

@@ -28,8 +28,10 @@ pub struct MotionQuality {
     pub at_limits: f64,
     /// Work of the servos, positive and negative counted alike, for each metre travelled, J/m.
     pub work_per_metre: f64,
-    /// Largest servo torque, N m.
+    /// Largest servo torque, N m. The damping of a servo that is jolted may go beyond the joint's limit for a step.
     pub torque: f64,
+    /// Share of the joints' time with a torque of at least 99 % of the joint's limit, 0 to 1.
+    pub at_torque_limits: f64,
 }
 
 #[derive(Default)]
@@ -37,6 +39,7 @@ struct Sums {
     jerk: (f64, usize),
     slip: (f64, usize),
     limits: (usize, usize),
+    saturated: (usize, usize),
     overlap: f64,
     torque: f64,
     work: f64,
@@ -57,7 +60,11 @@ pub fn motion_quality<A: Actor>(task: &Arc<SkillTask>, actor: &A, trials: usize,
         loop {
             env.observe(&mut row);
             let actions = actor.act(&mut scratch, &mut row, 1).to_vec();
-            let outcomes = env.tick_with(&actions, |sim| look(sim, &capsules, part, &mut sums));
+            let outcomes = env.tick_with(&actions, |sim, part_ends| {
+                if part_ends {
+                    look(sim, &capsules, part, &mut sums);
+                }
+            });
             velocities.push(joint_velocities(&env.sim));
             if outcomes[0].ending != Ending::GoesOn {
                 break;
@@ -78,6 +85,7 @@ pub fn motion_quality<A: Actor>(task: &Arc<SkillTask>, actor: &A, trials: usize,
         at_limits: sums.limits.0 as f64 / sums.limits.1.max(1) as f64,
         work_per_metre: sums.work / sums.way.max(1e-9),
         torque: sums.torque,
+        at_torque_limits: sums.saturated.0 as f64 / sums.saturated.1.max(1) as f64,
     }
 }
 
@@ -115,6 +123,8 @@ fn look(sim: &mut Simulator<f64>, capsules: &[Option<CollisionCapsule>], part: f
     for (i, link) in model.links.iter().enumerate().skip(1) {
         let torque = sim.joint_torque(i).lane(0);
         sums.torque = sums.torque.max(torque.length());
+        sums.saturated.0 += usize::from(torque.length() > 0.99 * link.max_torque);
+        sums.saturated.1 += 1;
         sums.work += torque.dot(sim.state.joints[i].velocity.lane(0)).abs() * part;
         if let Some(limits) = &link.limits {
             let angle = sim.state.joints[i].rotation.to_rotation_vector().lane(0);
