@@ -4,6 +4,7 @@
 //! acts; a push gives the body the momentum that was asked for, to rounding, and leaves nothing behind; the sampler's rings
 //! do not grow without bound; bad files give a line in the panel.
 
+use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings};
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
@@ -100,6 +101,11 @@ fn app(spawn: impl FnOnce(&mut App) -> Entity) -> (App, Entity) {
     let assets = AssetPlugin { file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/assets").into(), ..default() };
     app.add_plugins((MinimalPlugins, assets, AthletePlugins, AthletePanelsPlugin));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
+    // The panels' systems have a fixed order among those of the athletes.
+    app.edit_schedule(FixedPostUpdate, |schedule| {
+        schedule
+            .set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..Default::default() });
+    });
     app.finish();
     app.cleanup();
     app.update();

@@ -2,7 +2,7 @@
 
 use crate::ui::curve_file::{CurveError, CurveTable, curve_file};
 use crate::ui::marks::fault;
-use bevy_egui::egui::{self, Color32, TextEdit};
+use bevy_egui::egui::{self, Color32, Rangef, TextEdit};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
 use std::path::Path;
 use std::time::SystemTime;
@@ -92,7 +92,7 @@ pub fn training_monitor(ui: &mut egui::Ui, monitor: &mut TrainingMonitor) {
     }
     let number = |name: &str| table.last(name).map_or("-".into(), |v| format!("{v:.3}"));
     ui.monospace(format!(
-        "{} iterations, {} s, reward {}, survival {}",
+        "{} iterations, {} s, reward {}, lasts {}",
         table.rows(),
         number("seconds"),
         number("reward"),
@@ -115,9 +115,13 @@ const COLORS: [Color32; 4] = [
     Color32::from_rgb(235, 200, 90),
 ];
 
+/// Distance of grid lines that are labelled, points: from a few to what a small plot has room for.
+pub(super) const GRID: Rangef = Rangef { min: 8.0, max: 50.0 };
+
 /// A chart over seconds.
 pub(super) fn chart(ui: &mut egui::Ui, name: &str, height: f32, curves: &[(&str, Vec<[f64; 2]>)]) {
-    let mut plot = Plot::new(name).height(height).include_y(0.0).allow_scroll(false).y_axis_min_width(36.0);
+    let mut plot =
+        Plot::new(name).height(height).include_y(0.0).allow_scroll(false).grid_spacing(GRID).y_axis_min_width(36.0);
     if curves.len() > 1 {
         plot = plot.legend(Legend::default().position(Corner::RightBottom));
     }

@@ -2,6 +2,7 @@
 
 use crate::ui::history::{History, Sample};
 use crate::ui::marks::{LEFT, RIGHT, VALUE};
+use crate::ui::monitor::GRID;
 use bevy_egui::egui::{self, Color32, ScrollArea};
 use egui_plot::{Corner, Legend, Line, Plot, PlotPoint, PlotPoints};
 use std::ops::RangeInclusive;
@@ -63,6 +64,7 @@ fn plot(ui: &mut egui::Ui, title: &str, curves: &[Curve], least: f64, range: Ran
         .allow_drag(false)
         .allow_boxed_zoom(false)
         .allow_double_click_reset(false)
+        .grid_spacing(GRID)
         .y_axis_min_width(36.0)
         .link_cursor("athlete_plots", [true, false]);
     if curves.len() > 1 {

@@ -309,7 +309,7 @@ fn show_disturbance(
     let before = friction;
     let state = &mut state.bypass_change_detection().0;
     let mut wish = None;
-    panel_window(&mut panels, Panel::Disturbance, [372.0, 14.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Disturbance, [590.0, 420.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
         wish = Some(disturbance(ui, state, &links, friction.as_mut()));
     });
     let Some(wish) = wish else { return Ok(()) };
@@ -343,7 +343,7 @@ fn show_monitor(
     mut panels: ResMut<AthletePanels>,
     mut monitor: ResMut<MonitorState>,
 ) -> Result {
-    panel_window(&mut panels, Panel::Monitor, [500.0, 120.0], [420.0, 420.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Monitor, [770.0, 70.0], [420.0, 420.0], contexts.ctx_mut()?, |ui| {
         training_monitor(ui, &mut monitor.bypass_change_detection().0);
     });
     Ok(())

@@ -4,7 +4,7 @@ use crate::asset::card::RobustnessCard;
 use crate::asset::clip::MotionClip;
 use crate::contact::World;
 use crate::control::{ControlPlayer, MotionRecorder, Policy, ReconstructedControl};
-use crate::model::{CharacterModel, SharedModel};
+use crate::model::{CharacterModel, KeyPoses, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
 use crate::skill::{SkillDefinition, TrainedSkill};
 use crate::train::ppo::{
@@ -20,6 +20,11 @@ use std::time::{Duration, Instant};
 const TRAINING_RATE: f64 = 600.0;
 /// Poses per second of a simulated motion that a policy learns from.
 const RECORDED_RATE: f64 = 60.0;
+/// Of a motion that repeats: how far the reference may be from the character, m, and the length of the trials in training
+/// and for the card, s.
+const LEASH: f64 = 0.3;
+const EPISODE: f64 = 4.0;
+const TRIAL: f64 = 10.0;
 /// Seed of the trials of a card.
 const CARD_SEED: u64 = 1_000_003;
 
@@ -88,6 +93,27 @@ fn record(model: &SharedModel, world: &World, control: &ReconstructedControl) ->
     recorder.into_clip(&control.clip.name, model).map_err(JobError::failed)
 }
 
+/// A part of a motion that repeats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cycle {
+    /// Where it begins and ends in the motion, s.
+    pub window: (f64, f64),
+    /// Whether it keeps its heading from cycle to cycle.
+    pub straight: bool,
+}
+
+impl Cycle {
+    /// One of the middle repetitions of key poses that are repeated three times or more: the ends of a simulated motion
+    /// are those of a body that starts and stops.
+    pub fn of(poses: &KeyPoses) -> Option<Self> {
+        let sides = if poses.mirrored { 2.0 } else { 1.0 };
+        let period = sides * poses.seconds.iter().sum::<f64>();
+        let middle = (poses.repeat / 2) as f64;
+        let window = (middle * period, (middle + 1.0) * period);
+        (poses.repeat >= 3).then_some(Self { window, straight: poses.curvature == 0.0 })
+    }
+}
+
 /// How long and how to learn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainPlan {
@@ -101,6 +127,10 @@ pub struct TrainPlan {
     pub trials: usize,
     /// Simulation steps per second in training; `None` is half the character's rate, at least 600.
     pub rate: Option<f64>,
+    /// Learn this part of the motion over and over; `None` is the whole, once.
+    pub cycle: Option<Cycle>,
+    /// Servo gains (kp N m/rad, kd N m s/rad) in place of the character's.
+    pub gains: Option<(f64, f64)>,
     /// The learner's own options.
     pub options: TrainOptions,
 }
@@ -108,7 +138,7 @@ pub struct TrainPlan {
 impl Default for TrainPlan {
     fn default() -> Self {
         let options = TrainOptions { threads: job_threads(), evaluate_every: 10, ..TrainOptions::default() };
-        Self { seconds: 180.0, until: 0.98, every: 4.0, trials: 200, rate: None, options }
+        Self { seconds: 180.0, until: 0.98, every: 4.0, trials: 200, rate: None, cycle: None, gains: None, options }
     }
 }
 
@@ -144,9 +174,7 @@ pub type TrainJob = Job<TrainNews, Learnt>;
 /// Starts a training that follows a clip. A cancel is noticed after each iteration, about a second.
 pub fn start_training(model: SharedModel, clip: MotionClip, plan: TrainPlan) -> Result<TrainJob, JobError> {
     Job::start("learn key poses", move |control: &JobControl<TrainNews>| {
-        let mut definition =
-            SkillDefinition::imitate_alone(&clip.name, &model.name, motion_file(&clip.name), world_name(&model));
-        definition.training_rate = plan.rate.or(Some((0.5 * model.step_rate).max(TRAINING_RATE)));
+        let definition = definition_of(&model, &clip, &plan);
         let task = SkillTask::new(&definition, model.clone(), &clip).map_err(JobError::failed)?;
         let mut trainer = Trainer::new(task.clone(), plan.options.clone()).map_err(JobError::failed)?;
         let skill_of = |trained: &Trained| skill_of(&task, &definition, &clip, &model, trained);
@@ -178,6 +206,22 @@ pub fn start_training(model: SharedModel, clip: MotionClip, plan: TrainPlan) -> 
             .map_err(JobError::failed)?;
         Ok(Learnt { skill, card, motion: clip, onnx, curve: trainer.curve().to_vec() })
     })
+}
+
+/// The description of a skill that follows a clip.
+fn definition_of(model: &CharacterModel, clip: &MotionClip, plan: &TrainPlan) -> SkillDefinition {
+    let mut definition =
+        SkillDefinition::imitate_alone(&clip.name, &model.name, motion_file(&clip.name), world_name(model));
+    definition.training_rate = plan.rate.or(Some((0.5 * model.step_rate).max(TRAINING_RATE)));
+    definition.gains = plan.gains;
+    // A recorded motion may be a frame shorter than its poses.
+    if let Some(cycle) = plan.cycle.filter(|c| c.window.1 <= clip.duration()) {
+        definition.window = Some(cycle.window);
+        (definition.cyclic, definition.straight) = (true, cycle.straight);
+        definition.leash = Some(LEASH);
+        (definition.episode.seconds, definition.trial.seconds) = (EPISODE, TRIAL);
+    }
+    definition
 }
 
 fn motion_file(name: &str) -> String {
@@ -225,5 +269,24 @@ impl Learnt {
             written.map_err(|e| at(&file, &e))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cycle_of_repeated_poses_is_one_repetition_from_the_middle() {
+        let text = |repeat: usize, mirrored: bool| {
+            format!(
+                "(name: \"a\", character: \"skater\", speed: 1, seconds: [0.5, 0.25], poses: [(), ()], repeat: {repeat}, \
+                 mirrored: {mirrored})"
+            )
+        };
+        let of = |repeat, mirrored| Cycle::of(&KeyPoses::from_ron(&text(repeat, mirrored), "a").unwrap());
+        assert_eq!(of(2, true), None);
+        assert_eq!(of(3, true).unwrap().window, (1.5, 3.0));
+        assert_eq!(of(5, false).unwrap().window, (1.5, 2.25));
     }
 }

@@ -23,8 +23,8 @@ mod state;
 pub use document::{DocumentError, PoseDocument, PoseField, mirrored};
 pub use job::{JOBS_CAN_RUN, Job, JobControl, JobError};
 pub use jobs::{
-    Learnt, SimulateJob, Simulated, TrainJob, TrainNews, TrainPlan, job_threads, start_simulation, start_training,
-    world_name,
+    Cycle, Learnt, SimulateJob, Simulated, TrainJob, TrainNews, TrainPlan, job_threads, start_simulation,
+    start_training, world_name,
 };
 pub use panel::pose_editor;
 pub(super) use preview::EditorPreviewPlugin;

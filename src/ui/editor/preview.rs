@@ -1,8 +1,8 @@
 //! The editor in the 3D view: the ghost of the pose, its contact marks, and the athlete that performs beside it.
 
 use crate::engine::{
-    Athlete, AthleteBody, AthleteController, AthleteLook, AthleteReset, AthleteSettings, CharacterAsset, ControlAsset,
-    LinkPoses, Placement, SkillAsset, SkillController, shape_mesh,
+    Athlete, AthleteBody, AthleteController, AthleteFell, AthleteLook, AthleteReset, AthleteSettings, CharacterAsset,
+    ControlAsset, LinkPoses, Placement, SkillAsset, SkillController, shape_mesh,
 };
 use crate::model::{LinkTransform, SharedModel};
 use crate::ui::editor::state::{Performance, PoseEditor};
@@ -59,6 +59,7 @@ impl Plugin for EditorPreviewPlugin {
         app.init_resource::<PoseEditorState>()
             .init_resource::<EditorStage>()
             .init_resource::<PreviewState>()
+            .add_observer(up_again)
             .add_systems(Update, (poll, place_stage, perform, keep_time).chain())
             .add_systems(
                 PostUpdate,
@@ -153,6 +154,13 @@ fn perform(
             let skill = skills.add(SkillAsset { skill: skill.clone(), character: model.name.clone() });
             entity.insert(SkillController::new(skill));
         }
+    }
+}
+
+/// A performer that has fallen begins again: what learns falls often.
+fn up_again(fell: On<AthleteFell>, mut commands: Commands, performers: Query<(), With<EditorAthlete>>) {
+    if performers.contains(fell.entity) {
+        commands.trigger(AthleteReset::new(fell.entity));
     }
 }
 

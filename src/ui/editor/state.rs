@@ -8,7 +8,8 @@ use crate::train::{Progress, ReconstructOptions};
 use crate::ui::editor::document::{DocumentError, PoseDocument};
 use crate::ui::editor::job::JobError;
 use crate::ui::editor::jobs::{
-    Learnt, SimulateJob, Simulated, TrainJob, TrainNews, TrainPlan, job_threads, start_simulation, start_training,
+    Cycle, Learnt, SimulateJob, Simulated, TrainJob, TrainNews, TrainPlan, job_threads, start_simulation,
+    start_training,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -289,11 +290,17 @@ impl PoseEditor {
     /// Begins to learn: the simulated motion where there is one, else the poses.
     pub fn train(&mut self) {
         let Some(model) = self.model.clone() else { return self.complain("nothing to learn: no poses are open") };
-        let simulated = self.simulated().filter(|s| s.report.fell_at.is_none()).map(|s| s.motion.clone());
+        let simulated = self.simulated().filter(|s| s.report.fell_at.is_none());
+        let plan = TrainPlan {
+            cycle: self.document.as_ref().and_then(|d| Cycle::of(d.poses())),
+            gains: simulated.and_then(|s| s.control.gains).or(self.plan.gains),
+            ..self.plan.clone()
+        };
+        let simulated = simulated.map(|s| s.motion.clone());
         let Some(clip) = simulated.or_else(|| self.clip().and_then(Result::ok).cloned()) else {
             return self.complain("nothing to learn: the poses give no motion");
         };
-        match start_training(model, clip, self.plan.clone()) {
+        match start_training(model, clip, plan) {
             Ok(job) => {
                 self.curve.clear();
                 (self.train, self.judging, self.learnt, self.message) = (Some(job), false, None, None);
