@@ -116,7 +116,7 @@ const COLORS: [Color32; 4] = [
 ];
 
 /// Distance of grid lines that are labelled, points: from a few to what a small plot has room for.
-pub(super) const GRID: Rangef = Rangef::new(8.0, 50.0);
+pub(super) const GRID: Rangef = Rangef { min: 8.0, max: 50.0 };
 
 /// A chart over seconds.
 pub(super) fn chart(ui: &mut egui::Ui, name: &str, height: f32, curves: &[(&str, Vec<[f64; 2]>)]) {
