@@ -328,7 +328,7 @@ fn quick_plan() -> TrainPlan {
         evaluate_every: 2,
         ..TrainOptions::default()
     };
-    TrainPlan { seconds: 600.0, until: 2.0, every: 0.1, trials: 8, rate: Some(240.0), options }
+    TrainPlan { seconds: 600.0, until: 2.0, every: 0.1, trials: 8, rate: Some(240.0), options, ..TrainPlan::default() }
 }
 
 #[test]

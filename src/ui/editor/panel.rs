@@ -17,6 +17,8 @@ const FILES: &str = "assets";
 const DEEP: usize = 4;
 /// Most files that are offered.
 const MOST: usize = 100;
+/// Width of a slider, points.
+const SLIDER: f32 = 170.0;
 /// Height of the list of poses, points.
 const LIST: f32 = 130.0;
 
@@ -76,7 +78,7 @@ fn file_row(ui: &mut egui::Ui, editor: &mut PoseEditor) {
         let edit = TextEdit::singleline(&mut editor.path).hint_text("NAME.keyposes.ron").desired_width(f32::INFINITY);
         let typed = ui.add(edit);
         if typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
-            let path = std::path::PathBuf::from(editor.path.trim());
+            let path = PathBuf::from(editor.path.trim());
             editor.open(path);
         }
     });
@@ -205,6 +207,7 @@ fn fields(ui: &mut egui::Ui, editor: &PoseEditor, changes: &mut Vec<Change>) {
             number(&response, pose, field, value, changes);
             ui.end_row();
         };
+    ui.spacing_mut().slider_width = SLIDER;
     CollapsingHeader::new("The way").show(ui, |ui| {
         Grid::new("file fields").num_columns(2).show(ui, |ui| {
             slider(ui, "speed", PoseField::Speed, (-10.0, 10.0), " m/s", changes);
