@@ -96,6 +96,8 @@ impl DemoOptions {
             ("headless", options.headless),
             ("screenshot", options.screenshot.is_some()),
             ("control", options.control.is_some()),
+            ("key-poses", options.key_poses.is_some()),
+            ("follow-run", options.follow_run.is_some()),
         ];
         match absent.into_iter().find(|(_, asked)| *asked) {
             Some((name, _)) => Err(QueryError::NotInPage { name }),
@@ -136,7 +138,13 @@ mod tests {
             let refused = DemoOptions::from_query([(name, value)]).unwrap_err();
             assert!(refused.to_string().contains(name), "{refused}");
         }
-        for (name, value) in [("headless", ""), ("screenshot", "a.png"), ("control", "a.ron")] {
+        for (name, value) in [
+            ("headless", ""),
+            ("screenshot", "a.png"),
+            ("control", "a.ron"),
+            ("key-poses", "a.ron"),
+            ("follow-run", "a"),
+        ] {
             let refused = DemoOptions::from_query([(name, value)]).unwrap_err();
             assert!(matches!(refused, QueryError::NotInPage { name: found } if found == name), "{refused}");
         }
