@@ -1,14 +1,14 @@
 //! The simulation of one athlete.
 
 use crate::contact::BladeEdge;
-use crate::control::{ControlError, ControlPlayer, ReconstructedControl, ReferenceTick, TrackingError, tracking_error};
+use crate::control::{ControlError, ControlPlayer, ReconstructedControl, TrackingError, tracking_error};
 use crate::engine::driver::Driver;
 use crate::engine::performer::Performer;
 use crate::engine::step_clock::StepClock;
 use crate::engine::watch::{Happening, Watch};
 use crate::engine::{AthleteDetail, AthleteSettings, AthleteTargets, Placement, QuarantineReason};
 use crate::math::{Quat, Vec3};
-use crate::model::{CharacterModel, LinkTransform, ModelPose, SharedModel};
+use crate::model::{CharacterModel, LinkTransform, SharedModel};
 use crate::sim::{SimulationSettings, Simulator};
 use crate::skill::SkillPlayer;
 use bevy::math::{DQuat, DVec3};
@@ -144,8 +144,8 @@ impl AthleteBody {
         Some(tracking_error(&self.simulator, 0, pose))
     }
 
-    /// Where the reference of the control that plays has the links at time `t` (s), or that of the skill at its last
-    /// decision, world frame, by link index; false and an empty list without either.
+    /// Where the reference of the control that plays has the links at time `t` (s), or that of the skill at the
+    /// last fixed tick, world frame, by link index; false and an empty list without either.
     pub fn reference_links(&self, t: f64, out: &mut Vec<LinkTransform>) -> bool {
         out.clear();
         let player = match &self.driver {
@@ -160,7 +160,7 @@ impl AthleteBody {
         let next = reference.at(t + 1.0 / reference.tick_rate);
         let before = reference.at(t);
         let s = (t * reference.tick_rate).fract().clamp(0.0, 1.0);
-        mix(before, next, s).link_transforms(self.model(), out);
+        before.pose.mix(&next.pose, s).link_transforms(self.model(), out);
         true
     }
 
@@ -294,19 +294,6 @@ impl AthleteBody {
 pub(super) fn still(simulator: &mut Simulator<f64>) {
     for command in &mut simulator.commands {
         command.velocity = Vec3::zero();
-    }
-}
-
-/// Between two poses of a reference.
-fn mix(a: &ReferenceTick, b: &ReferenceTick, s: f64) -> ModelPose {
-    let turn = |a: DQuat, b: DQuat| {
-        let to = if a.dot(b) < 0.0 { -b } else { b };
-        (a * (1.0 - s) + to * s).normalize()
-    };
-    ModelPose {
-        root_position: a.pose.root_position.lerp(b.pose.root_position, s),
-        root_rotation: turn(a.pose.root_rotation, b.pose.root_rotation),
-        joints: a.pose.joints.iter().zip(&b.pose.joints).map(|(a, b)| turn(*a, *b)).collect(),
     }
 }
 

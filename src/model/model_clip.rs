@@ -47,6 +47,19 @@ impl ModelPose {
         }
     }
 
+    /// Between this pose (`s` = 0) and another (1): places straight, rotations along the shorter arc.
+    pub fn mix(&self, other: &Self, s: f64) -> Self {
+        let turn = |a: DQuat, b: DQuat| {
+            let to = if a.dot(b) < 0.0 { -b } else { b };
+            (a * (1.0 - s) + to * s).normalize()
+        };
+        Self {
+            root_position: self.root_position.lerp(other.root_position, s),
+            root_rotation: turn(self.root_rotation, other.root_rotation),
+            joints: self.joints.iter().zip(&other.joints).map(|(a, b)| turn(*a, *b)).collect(),
+        }
+    }
+
     /// Forward kinematics: the place of every link, by link index. `out` is cleared first and keeps its memory.
     pub fn link_transforms(&self, model: &CharacterModel, out: &mut Vec<LinkTransform>) {
         out.clear();

@@ -215,9 +215,10 @@ impl SkillPlayer {
     pub fn action(&self) -> &[f32] {
         &self.action
     }
-    /// Where the reference is, world frame.
+    /// Where the reference is, world frame; between two decisions on its way from one to the next.
     pub fn reference_pose(&self) -> ModelPose {
-        self.tracker.reference_pose(0)
+        let steps = (TICK_PARTS * self.steps_per_part) as f64;
+        self.tracker.reference_pose_at(0, self.step as f64 / steps)
     }
     /// Commands a mean speed, m/s.
     pub fn set_speed(&mut self, speed: f64) {

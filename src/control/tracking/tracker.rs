@@ -12,6 +12,7 @@ use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::gathered::Gathered;
 use crate::control::tracking::{Heading, TrackedMotion};
 use crate::math::{Quat, Real, Vec3};
+use crate::model::ModelPose;
 use crate::sim::Simulator;
 use std::sync::Arc;
 
@@ -252,11 +253,24 @@ impl<R: Real> Tracker<R> {
     }
 
     /// The reference pose of lane `lane` in the world, for ghosts and storyboards.
-    pub fn reference_pose(&self, lane: usize) -> crate::model::ModelPose {
-        crate::model::ModelPose {
-            root_position: self.reference_root().lane(lane),
-            root_rotation: self.reference_rotation().lane(lane),
-            joints: self.now.joints.iter().map(|q| q.lane(lane)).collect(),
+    pub fn reference_pose(&self, lane: usize) -> ModelPose {
+        self.placed(&self.now, lane)
+    }
+
+    /// The reference pose at the fraction `part` in [0, 1] of the tick; where a motion begins anew, that at its start.
+    pub fn reference_pose_at(&self, lane: usize, part: f64) -> ModelPose {
+        let begins_anew = self.motion.cycle().is_some() && self.ticks[lane] >= self.motion.last();
+        let now = self.placed(&self.now, lane);
+        if begins_anew || part <= 0.0 { now } else { now.mix(&self.placed(&self.next, lane), part.min(1.0)) }
+    }
+
+    /// A reference in the world.
+    fn placed(&self, reference: &Gathered<R>, lane: usize) -> ModelPose {
+        let root = self.anchor_heading.to_world(reference.root_position) + self.anchor_place;
+        ModelPose {
+            root_position: root.lane(lane),
+            root_rotation: (self.anchor_heading.to_quat() * reference.root_rotation).lane(lane),
+            joints: reference.joints.iter().map(|q| q.lane(lane)).collect(),
         }
     }
 
