@@ -14,7 +14,7 @@ use bevy::prelude::*;
 /// The motion, part of the program.
 const MOTION: &str = include_str!("../../../assets/clips/course.keyposes.ron");
 /// Where the jumps are highest, m along -Z, and the obstacles' heights, m.
-const OBSTACLES: [(f32, f32); 3] = [(10.6, 0.40), (20.9, 0.45), (31.2, 0.50)];
+const OBSTACLES: [(f32, f32); 3] = [(10.4, 0.30), (20.56, 0.35), (30.84, 0.40)];
 /// Depth and width of an obstacle, m.
 const SIZE: Vec2 = Vec2::new(0.35, 2.2);
 /// Length of the way, m.
