@@ -38,7 +38,10 @@ fi
 
 stage "the program, profile $profile"
 # RUSTFLAGS would replace what .cargo/config.toml asks for: simd128.
-env -u RUSTFLAGS cargo build --locked --profile $profile --target $target --no-default-features --features app --bin bevy_athlete
+# The library is compiled for speed; what is linked with it, for size.
+[[ -n $quick ]] || link=(-- -C opt-level=z)
+env -u RUSTFLAGS cargo rustc --locked --profile $profile --target $target --no-default-features --features app \
+    --bin bevy_athlete ${link[@]+"${link[@]}"}
 
 stage "its JavaScript"
 rm -rf $dist
