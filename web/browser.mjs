@@ -10,6 +10,9 @@ const FLAGS = [
     "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ];
 
+// Software GL on a busy machine draws a frame in seconds.
+export const PATIENCE = 240_000;
+
 export const dist = fileURLToPath(new URL("dist", import.meta.url));
 
 /** A server of web/dist and a browser; `open` opens a page on it. */
@@ -23,6 +26,7 @@ export async function browse() {
     /** A page with a query, and what its console and its requests complain about. */
     async function open(query = "", { viewport = { width: 640, height: 360 }, prepare } = {}) {
         const context = await browser.newContext({ viewport, hasTouch: true });
+        context.setDefaultTimeout(PATIENCE);
         const page = await context.newPage();
         const complaints = [];
         page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
