@@ -150,7 +150,7 @@ impl SteeringPlayer {
         let finished = self.player.is_finished();
         if let Some(name) = &wish.perform {
             match self.known.iter().position(|k| k.skill.name() == name) {
-                Some(k) if k != self.now && (repeats || finished) => self.next = Some(k),
+                Some(k) if k != self.now && (repeats || finished) => self.next = Some(self.by_hand(k)),
                 Some(_) => {}
                 None => wish.perform = None,
             }
@@ -172,7 +172,9 @@ impl SteeringPlayer {
         let here = &self.known[self.now];
         if here.skill.motion.cycle().is_some() {
             self.player.set_speed(wish.speed);
-            let rate = if here.curve.abs() > 0.1 { 0.0 } else { (off * STEER.0).clamp(-STEER.1, STEER.1) };
+            // Straight on into a passage, too: that is how the next skill learnt to begin.
+            let straight = here.curve.abs() > 0.1 || self.next.is_some();
+            let rate = if straight { 0.0 } else { (off * STEER.0).clamp(-STEER.1, STEER.1) };
             self.player.set_steering(rate);
         }
     }
@@ -188,8 +190,8 @@ impl SteeringPlayer {
             let leave = off * here.curve.signum() < 0.5 * in_a_cycle;
             return self.nearest(|k| suits(k) && k.curve.abs() <= 0.1).filter(|_| leave);
         }
-        let curve = self.known.iter().position(|k| suits(k) && side(k));
-        curve.filter(|_| off.abs() > CURVE)
+        let curve = self.known.iter().position(|k| suits(k) && side(k)).filter(|_| off.abs() > CURVE)?;
+        Some(self.by_hand(curve))
     }
 
     /// The skill that repeats and begins most like the present one ends.
@@ -197,17 +199,42 @@ impl SteeringPlayer {
         self.nearest(Known::repeats).unwrap_or(0)
     }
 
-    /// The skill of a kind, other than the present one, that begins most like the present one is left.
+    /// The next skill on the way to skill `k`: images follow images, as the skills themselves were learnt one after the
+    /// other, so the hand is changed first, from a straight skill to its image.
+    fn by_hand(&self, k: usize) -> usize {
+        let (here, there) = (&self.known[self.now], &self.known[k]);
+        if here.is_image() == there.is_image() || !here.repeats() {
+            return k;
+        }
+        let straight = |a: &Known| a.repeats() && a.way == here.way && a.curve.abs() <= 0.1;
+        let next = if here.curve.abs() > 0.1 {
+            self.nearest(straight)
+        } else {
+            self.known.iter().position(|a| straight(a) && a.is_image() == there.is_image())
+        };
+        next.unwrap_or(k)
+    }
+
+    /// The skill of a kind, other than the present one and of the same hand where there is one, that begins most like the
+    /// present one is left.
     fn nearest(&self, is_wanted: impl Fn(&Known) -> bool) -> Option<usize> {
         let near = |k: &usize| self.passages[self.now][*k].distance;
         let wanted = (0..self.known.len()).filter(|&k| k != self.now && is_wanted(&self.known[k]));
-        wanted.min_by(|a, b| near(a).total_cmp(&near(b)))
+        let hand = self.known[self.now].is_image();
+        wanted.min_by(|a, b| {
+            let other = |k: &usize| self.known[*k].is_image() != hand;
+            other(a).cmp(&other(b)).then(near(a).total_cmp(&near(b)))
+        })
     }
 }
 
 impl Known {
     fn repeats(&self) -> bool {
         self.skill.motion.cycle().is_some()
+    }
+
+    fn is_image(&self) -> bool {
+        self.skill.mirror.is_some()
     }
 
     fn image(&self, model: &CharacterModel) -> Self {
