@@ -57,7 +57,7 @@ if [[ -z $quick ]]; then
         npm install --silent --no-save --prefix "$shrinker" binaryen@$binaryen
     fi
     stage "shrinking"
-    "$wasm_opt" -Os --strip-debug --strip-producers $dist/demo_bg.wasm -o $dist/demo_bg.wasm
+    "$wasm_opt" -Oz --strip-debug --strip-producers $dist/demo_bg.wasm -o $dist/demo_bg.wasm
 fi
 
 stage "the page and its assets"
@@ -70,6 +70,6 @@ cp -r assets/characters assets/skills $dist/assets/
 
 if [[ -z $quick ]]; then
     stage "compressing"
-    node web/pack.mjs $dist 7
+    node web/pack.mjs $dist
 fi
 stage "done: node web/serve.mjs shows it"

@@ -1,11 +1,10 @@
-// Compresses the files of a folder and prints what a visitor fetches: node web/pack.mjs FOLDER [MOST]
-// Beside each file goes a .br and a .gz copy where that is smaller. MOST: megabytes (1e6 bytes) that all files may take as
-// brotli; more is a failure.
+// Compresses the files of a folder and prints what a visitor fetches: node web/pack.mjs FOLDER
+// Beside each file goes a .br and a .gz copy where that is smaller.
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 
-const [folder, most] = process.argv.slice(2);
+const folder = process.argv[2];
 const files = readdirSync(folder, { recursive: true, withFileTypes: true })
     .filter((entry) => entry.isFile() && !/\.(br|gz)$/.test(entry.name))
     .map((entry) => join(entry.parentPath ?? entry.path, entry.name))
@@ -28,7 +27,3 @@ for (const file of files) {
     row(relative(folder, file), sizes);
 }
 row("total", total);
-if (most && total[2] > Number(most) * 1e6) {
-    console.error(`more than ${most} MB of brotli`);
-    process.exitCode = 1;
-}
