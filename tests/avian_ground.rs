@@ -4,6 +4,8 @@
 //! place where it is zero; its slope is its normal; where a closed form exists it is that. And after warm-up a step on
 //! colliders does not allocate, whatever the shapes.
 
+mod counting_allocator;
+
 use avian3d::prelude::Collider;
 use bevy::math::{DQuat, DVec3, Quat, Vec3};
 use bevy_athlete::contact::{SurfaceHit, Terrain};
@@ -11,37 +13,7 @@ use bevy_athlete::engine::avian::{AthleteSurface, ColliderGround};
 use bevy_athlete::math::{RandomStream, Vec3 as Lanes};
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    // The thread's storage may be gone at its very end.
-    let _ = COUNT.try_with(|c| c.set(c.get() + 1));
-}
-
-// SAFETY: every call is handed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use counting_allocator::allocations;
 
 const REGION: (DVec3, DVec3) = (DVec3::splat(-3.0), DVec3::splat(3.0));
 
@@ -182,18 +154,16 @@ fn steps_on_colliders_do_not_allocate() {
         sim.state.set_pose(0, standing, DQuat::IDENTITY, &joints);
         sim.state_changed();
         step(&mut sim, &ground);
-        let before = COUNT.with(Cell::get);
+        let before = allocations();
         let (mut touching, start) = (0, std::time::Instant::now());
         for _ in 0..1200 {
             step(&mut sim, &ground);
             touching += u32::from(sim.loaded_points(0) > 0);
         }
-        let allocations = COUNT.with(Cell::get) - before;
+        let made = allocations() - before;
         let each = start.elapsed().as_secs_f64() / 1200.0 * 1e6;
-        println!(
-            "{name}: {allocations} allocations in 1200 steps (allowed 0), {touching} with contact, {each:.1} us each"
-        );
-        assert_eq!(allocations, 0, "{name}");
+        println!("{name}: {made} allocations in 1200 steps (allowed 0), {touching} with contact, {each:.1} us each");
+        assert_eq!(made, 0, "{name}");
         assert!(touching > 10, "{name}: it should fall on it");
     }
 }

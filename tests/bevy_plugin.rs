@@ -5,19 +5,18 @@
 //! with a reason; one athlete that goes bad leaves the others alone; events arrive both as messages and at observers; no two
 //! systems of the fixed schedule are in an order that Bevy may choose.
 
+mod engine_support;
+
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings};
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::contact::World as Surroundings;
 use bevy_athlete::control::{ControlPlayer, ReconstructedControl};
 use bevy_athlete::engine::*;
-use bevy_athlete::model::{ModelPose, skater};
+use bevy_athlete::model::skater;
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
+use engine_support::{TICK, glide};
 use std::time::Duration;
-
-/// Length of a fixed tick at Bevy's 64 Hz.
-const TICK: Duration = Duration::from_micros(15_625);
 
 /// Everything that was told, in order, by both ways.
 #[derive(Resource, Default)]
@@ -62,34 +61,6 @@ fn app(frame: Duration) -> App {
     // The first frame has no duration and runs no tick.
     app.update();
     app
-}
-
-/// A control that glides ahead in the zero pose; nothing keeps its balance.
-fn glide(seconds: f64) -> ReconstructedControl {
-    let model = skater();
-    let zero = ModelPose::zero(&model);
-    let poses = (0..2).map(|k| bevy_athlete::asset::clip::Pose {
-        root_position: bevy::math::DVec3::new(0.0, model.rest_root_height(), -2.0 * f64::from(k) * seconds),
-        root_rotation: zero.root_rotation,
-        joints: zero.joints[1..].to_vec(),
-    });
-    ReconstructedControl {
-        version: 1,
-        character: "skater".into(),
-        world: "ice".into(),
-        rate: 1200.0,
-        tick_rate: 100.0,
-        ticks_per_window: 10,
-        seconds,
-        gains: None,
-        clip: MotionClip {
-            name: "glide".into(),
-            frame_rate: 1.0 / seconds,
-            joints: model.links[1..].iter().map(|l| l.name.clone()).collect(),
-            poses: poses.collect(),
-        },
-        offsets: vec![vec![bevy::math::DVec3::ZERO; model.links.len()]],
-    }
 }
 
 fn spawn(app: &mut App, transform: Transform, control: Option<ReconstructedControl>) -> Entity {

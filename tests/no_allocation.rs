@@ -5,49 +5,19 @@
 //! step with as many pushes as ever act.
 
 mod common;
+mod counting_allocator;
 
 use bevy_athlete::contact::World;
 use bevy_athlete::math::{F32x8, F64x4, Quat, Real, Vec3};
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
 use common::*;
+use counting_allocator::allocations;
 use glam::{DQuat, DVec3};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    // The thread's storage may be gone at its very end.
-    let _ = COUNT.try_with(|c| c.set(c.get() + 1));
-}
-
-// SAFETY: every call is handed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 fn counted<R: Real>(sim: &mut Simulator<R>, world: &World) -> usize {
-    let before = COUNT.with(Cell::get);
+    let before = allocations();
     step(sim, world);
-    COUNT.with(Cell::get) - before
+    allocations() - before
 }
 
 fn drive<R: Real>(name: &str) {
@@ -107,7 +77,7 @@ fn the_step_does_not_allocate() {
     drive::<f64>("foot_human");
     drive::<f64>("runner");
     // The counter counts.
-    let before = COUNT.with(Cell::get);
+    let before = allocations();
     let v = std::hint::black_box(vec![1_u8; 100]);
-    assert!(COUNT.with(Cell::get) > before && v.len() == 100);
+    assert!(allocations() > before && v.len() == 100);
 }

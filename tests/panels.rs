@@ -222,7 +222,7 @@ fn a_push_gives_the_momentum_that_was_asked_for_and_leaves_nothing_behind() {
     let (mut app, athlete) = standing("skater");
     app.insert_resource(AthleteWorld(Surroundings::empty()));
     let pull = Pull { gravity: 0.0, ..Pull::default() };
-    app.world_mut().resource_mut::<ActiveDisturbances>().set_pull(&pull);
+    app.world_mut().resource_mut::<WorldPull>().set(&pull);
     app.update();
     let momentum = |app: &mut App| {
         let mut body = app.world_mut().get_mut::<AthleteBody>(athlete).unwrap();
@@ -232,7 +232,8 @@ fn a_push_gives_the_momentum_that_was_asked_for_and_leaves_nothing_behind() {
     let plan = PushPlan { link: "spine".into(), azimuth: 90.0, elevation: 30.0, force: 160.0, seconds: 0.125 };
     let body = app.world().get::<AthleteBody>(athlete).unwrap().clone();
     let force = plan.force_on(body.simulator().state.root_rotation.lane(0));
-    app.world_mut().resource_mut::<ActiveDisturbances>().push(athlete, &body, &plan);
+    let push = plan.on(&body).unwrap();
+    app.world_mut().get_mut::<AthleteForces>(athlete).unwrap().push(push);
     for _ in 0..20 {
         app.update();
         assert!(app.world().get::<AthleteBody>(athlete).unwrap().simulator().external.is_empty());
@@ -240,7 +241,7 @@ fn a_push_gives_the_momentum_that_was_asked_for_and_leaves_nothing_behind() {
     let gained = momentum(&mut app) - before;
     // 0.125 s is eight ticks of 150 steps in all: exactly so many whole steps, one more or less at an end.
     assert!((gained - force * 0.125).length() < force.length() * 1.01 / 1200.0, "{gained} {}", force * 0.125);
-    assert_eq!(app.world().resource::<ActiveDisturbances>().pushes(), 0);
+    assert_eq!(app.world().get::<AthleteForces>(athlete).unwrap().len(), 0);
     let settings = app.world().get::<AthleteBody>(athlete).unwrap().simulator().settings().gravity;
     assert_eq!(settings, DVec3::ZERO);
 }

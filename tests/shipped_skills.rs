@@ -10,24 +10,15 @@ use bevy_athlete::control::tracking::Heading;
 use bevy_athlete::math::F32x8;
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use bevy_athlete::skill::{SkillDefinition, SkillPlayer};
+use bevy_athlete::skill::{SKATING_SKILLS, SkillDefinition, SkillPlayer};
 use bevy_athlete::train::ppo::evaluate;
 use glam::DVec3;
 use std::sync::Arc;
 
-const SKILLS: [&str; 6] = [
-    "stroking",
-    "forward_crossover",
-    "backward_crossover",
-    "forward_three_turn",
-    "backward_three_turn",
-    "double_salchow",
-];
-
 #[test]
 fn every_file_fits_the_others() {
     let model = preset("skater").unwrap();
-    for name in SKILLS {
+    for name in SKATING_SKILLS {
         let skill = load_trained_skill(name, &model).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(skill.name(), name);
         let folder = find_skill(name).unwrap();
@@ -43,7 +34,7 @@ fn every_file_fits_the_others() {
 #[test]
 fn what_a_card_claims_is_found_again() {
     let model = preset("skater").unwrap();
-    for name in SKILLS {
+    for name in SKATING_SKILLS {
         let file = find_skill(name).unwrap();
         let mut skill = SkillDefinition::load(&file).unwrap();
         skill.after.clear();

@@ -6,8 +6,9 @@ use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
 use crate::app::scenes::crowd::CrowdCount;
 use crate::app::scenes::foot_lab::{FootLab, POSES, STEEPEST};
-use crate::app::scenes::skating::{Act, Overlays, SKILLS};
+use crate::app::scenes::skating::{Act, Overlays};
 use crate::engine::Steering;
+use crate::skill::SKATING_SKILLS;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
@@ -89,7 +90,7 @@ pub(crate) fn acts(ui: &mut egui::Ui, chosen: &mut Act) {
         ui.radio_value(chosen, act, act.title());
     }
     ui.add_space(4.0);
-    for k in 0..SKILLS.len() {
+    for k in 0..SKATING_SKILLS.len() {
         ui.radio_value(chosen, Act::Skill(k), Act::Skill(k).title());
     }
 }

@@ -1,7 +1,7 @@
 //! What users put on entities, and the world resource.
 
 use crate::contact::World as Surroundings;
-use crate::engine::{CharacterAsset, ControlAsset, LinkPoses};
+use crate::engine::{AthleteForces, CharacterAsset, ControlAsset, LinkPoses};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use bevy::prelude::*;
 /// Everything else comes by required components; replace those you want different.
 #[derive(Component, Clone, Debug, Reflect)]
 #[reflect(Component)]
-#[require(Transform, AthleteController, AthleteSettings, LinkPoses)]
+#[require(Transform, AthleteController, AthleteForces, AthleteSettings, LinkPoses)]
 #[cfg_attr(feature = "render", require(Visibility, crate::engine::AthleteLook))]
 pub struct Athlete(pub Handle<CharacterAsset>);
 

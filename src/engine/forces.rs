@@ -19,8 +19,8 @@ pub struct AthleteForce {
     pub seconds: Option<f64>,
 }
 
-/// The forces that act on an athlete, in every fixed tick until they end or are taken out. Insert it, and add to it, at any
-/// time; a link that does not exist, or a force that is no number, does nothing.
+/// The forces that act on an athlete, in every fixed tick until they end or are taken out. Every athlete has it; add to it at
+/// any time. A link that does not exist, or a force that is no number, does nothing.
 ///
 /// ```no_run
 /// # use bevy::{math::DVec3, prelude::*};

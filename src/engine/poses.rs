@@ -45,7 +45,7 @@ impl LinkPoses {
         };
         self.interpolated_time = self.previous_time + s * span;
         self.interpolated.clear();
-        self.interpolated.extend(self.previous.iter().zip(&self.current).map(|(a, b)| blend(a, b, s)));
+        self.interpolated.extend(self.previous.iter().zip(&self.current).map(|(a, b)| a.mix(b, s)));
     }
 
     /// Makes `current` the pose before, in order to overwrite it.
@@ -59,12 +59,6 @@ impl LinkPoses {
         self.previous.clone_from(&self.current);
         self.previous_time = self.current_time;
     }
-}
-
-/// Between two places: straight, and along the shorter arc by normalised interpolation (ticks are short).
-pub(crate) fn blend(a: &LinkTransform, b: &LinkTransform, s: f64) -> LinkTransform {
-    let to = if a.rotation.dot(b.rotation) < 0.0 { -b.rotation } else { b.rotation };
-    LinkTransform { position: a.position.lerp(b.position, s), rotation: (a.rotation * (1.0 - s) + to * s).normalize() }
 }
 
 /// In single precision.

@@ -15,6 +15,7 @@
 //! landing, where poses are airborne, it also follows the parabola of free fall.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
+use crate::asset::clip_edit::other_side;
 use crate::model::mass_path::{Flight, center_of_mass, turned};
 use crate::model::{CharacterModel, ModelPose, OptimizeRecord, Window};
 use glam::{DQuat, DVec3};
@@ -153,16 +154,17 @@ fn curve(a: DVec3, b: DVec3, c: DVec3, d: DVec3, s: f64) -> DVec3 {
     b * (2.0 * s3 - 3.0 * s2 + 1.0) + m0 * (s3 - 2.0 * s2 + s) + c * (3.0 * s2 - 2.0 * s3) + m1 * (s3 - s2)
 }
 
-/// The rotation vector seen in a mirror that swaps left and right.
-fn mirror(v: DVec3) -> DVec3 {
-    DVec3::new(v.x, -v.y, -v.z)
-}
-
-fn other_side(name: &str) -> String {
-    match (name.strip_suffix("_left"), name.strip_suffix("_right")) {
-        (Some(stem), _) => format!("{stem}_right"),
-        (_, Some(stem)) => format!("{stem}_left"),
-        _ => name.to_owned(),
+impl KeyPose {
+    /// The pose seen in a mirror that swaps left and right.
+    pub fn mirrored(&self) -> Self {
+        let flip = |(x, y, z): (f64, f64, f64)| (x, -y, -z);
+        Self {
+            lateral: -self.lateral,
+            turn: -self.turn,
+            root: flip(self.root),
+            joints: self.joints.iter().map(|(name, v)| (other_side(name), flip(*v))).collect(),
+            ..self.clone()
+        }
     }
 }
 
@@ -314,16 +316,11 @@ impl KeyPoses {
         self.check(model)?;
         let names: Vec<String> = model.links.iter().skip(1).map(|l| l.name.clone()).collect();
         let vector = |a: &(f64, f64, f64)| DVec3::new(a.0, a.1, a.2);
-        let row = |pose: &KeyPose, flip: bool| -> Row {
-            let seen = |v: DVec3| if flip { mirror(v) } else { v };
+        let row = |pose: &KeyPose| -> Row {
             // A height of NaN stands for "on the ground" until the pose is known.
-            let lateral = if flip { -pose.lateral } else { pose.lateral };
-            let turn = if flip { -pose.turn } else { pose.turn };
-            let mut row = vec![DVec3::new(lateral, pose.height.unwrap_or(f64::NAN), turn), seen(vector(&pose.root))];
-            row.extend(names.iter().map(|name| {
-                let from = if flip { other_side(name) } else { name.clone() };
-                pose.joints.get(&from).map_or(DVec3::ZERO, |a| seen(vector(a)))
-            }));
+            let place = DVec3::new(pose.lateral, pose.height.unwrap_or(f64::NAN), pose.turn);
+            let mut row = vec![place, vector(&pose.root)];
+            row.extend(names.iter().map(|name| pose.joints.get(name).map_or(DVec3::ZERO, vector)));
             row
         };
         let mut rows = Vec::new();
@@ -335,7 +332,7 @@ impl KeyPoses {
                     continue;
                 }
                 for (pose, seconds) in self.poses.iter().zip(&self.seconds) {
-                    rows.push(row(pose, flip));
+                    rows.push(if flip { row(&pose.mirrored()) } else { row(pose) });
                     airborne.push(pose.airborne);
                     times.push(times[times.len() - 1] + seconds);
                 }

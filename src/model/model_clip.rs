@@ -37,6 +37,22 @@ pub struct LinkTransform {
     pub rotation: DQuat,
 }
 
+impl LinkTransform {
+    /// Between this place (`s` = 0) and another (1): straight, and along the shorter arc.
+    pub fn mix(&self, other: &Self, s: f64) -> Self {
+        Self {
+            position: self.position.lerp(other.position, s),
+            rotation: mix_rotation(self.rotation, other.rotation, s),
+        }
+    }
+}
+
+/// Along the shorter arc by normalised interpolation: for rotations that are not far apart.
+fn mix_rotation(a: DQuat, b: DQuat, s: f64) -> DQuat {
+    let to = if a.dot(b) < 0.0 { -b } else { b };
+    (a * (1.0 - s) + to * s).normalize()
+}
+
 impl ModelPose {
     /// The zero pose of a character with its root at the origin.
     pub fn zero(model: &CharacterModel) -> Self {
@@ -49,14 +65,10 @@ impl ModelPose {
 
     /// Between this pose (`s` = 0) and another (1): places straight, rotations along the shorter arc.
     pub fn mix(&self, other: &Self, s: f64) -> Self {
-        let turn = |a: DQuat, b: DQuat| {
-            let to = if a.dot(b) < 0.0 { -b } else { b };
-            (a * (1.0 - s) + to * s).normalize()
-        };
         Self {
             root_position: self.root_position.lerp(other.root_position, s),
-            root_rotation: turn(self.root_rotation, other.root_rotation),
-            joints: self.joints.iter().zip(&other.joints).map(|(a, b)| turn(*a, *b)).collect(),
+            root_rotation: mix_rotation(self.root_rotation, other.root_rotation, s),
+            joints: self.joints.iter().zip(&other.joints).map(|(a, b)| mix_rotation(*a, *b, s)).collect(),
         }
     }
 

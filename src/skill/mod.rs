@@ -1,5 +1,15 @@
 //! Skills: what a trained athlete can do, described in a file; and the tests that say whether it was done.
 
+/// The skating skills that ship, by name; the first is where a steered skater begins.
+pub const SKATING_SKILLS: [&str; 6] = [
+    "stroking",
+    "forward_crossover",
+    "backward_crossover",
+    "forward_three_turn",
+    "backward_three_turn",
+    "double_salchow",
+];
+
 mod criteria;
 mod definition;
 pub(crate) mod disturb;

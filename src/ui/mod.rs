@@ -13,7 +13,7 @@
 //! | [`training_monitor`] | [`TrainingMonitor`] | the curve file of a run, as it grows |
 //!
 //! # Resources
-//! [`AthletePanels`] says which panels are open and which athlete is selected; [`ActiveDisturbances`] gives pushes.
+//! [`AthletePanels`] says which panels are open and which athlete is selected; [`WorldPull`] sets gravity.
 
 mod curve_file;
 mod disturbance;
@@ -41,7 +41,7 @@ pub use plots::plots;
 pub use plugin::{
     AthletePanels, AthletePanelsPlugin, DisturbanceState, MonitorState, Panel, SelectedHistory, panel_menu,
 };
-pub use push_systems::ActiveDisturbances;
+pub use push_systems::WorldPull;
 
 /// The code of the guide is compiled with the documentation's tests.
 #[cfg(doctest)]

@@ -1,6 +1,8 @@
 //! The plugin: which panels are open, which athlete is selected, and the systems that feed the panels.
 
-use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, LinkPoses};
+use crate::engine::{
+    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteForces, AthleteSettings, AthleteSystems, LinkPoses,
+};
 use crate::ui::disturbance::{Disturbance, disturbance};
 use crate::ui::editor::{EditorPreviewPlugin, PoseEditorState, pose_editor};
 use crate::ui::history::{History, Sample};
@@ -10,9 +12,9 @@ use crate::ui::monitor::{TrainingMonitor, training_monitor};
 use crate::ui::plate::contact_plate;
 use crate::ui::plate_view::PlateView;
 use crate::ui::plots::plots;
-use crate::ui::push_systems::{ActiveDisturbances, give, take_back};
+use crate::ui::push_systems::{WorldPull, apply_pull};
+use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::entity::Entity;
-use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 
@@ -118,14 +120,6 @@ pub struct DisturbanceState(pub Disturbance);
 #[derive(Resource, Clone, Debug, Default, Deref, DerefMut)]
 pub struct MonitorState(pub TrainingMonitor);
 
-/// Wall time of stepping.
-#[derive(Resource, Clone, Copy, Debug)]
-struct StepCost {
-    began: Instant,
-    /// Of one step of one athlete, microseconds.
-    micros: f64,
-}
-
 /// Windows for all panels, a menu bar, and the systems that feed them. Add it after `EguiPlugin` and
 /// [`AthletePlugins`](crate::engine::AthletePlugins).
 #[derive(Debug, Default)]
@@ -138,16 +132,8 @@ impl Plugin for AthletePanelsPlugin {
             .init_resource::<SelectedHistory>()
             .init_resource::<DisturbanceState>()
             .init_resource::<MonitorState>()
-            .init_resource::<ActiveDisturbances>()
-            .insert_resource(StepCost { began: Instant::now(), micros: f64::NAN })
-            .add_systems(
-                FixedPostUpdate,
-                (
-                    (give, begin_step).chain().after(Control).before(Step),
-                    (end_step, take_back).chain().after(Step).before(WriteBack),
-                    sample.after(WriteBack),
-                ),
-            )
+            .init_resource::<WorldPull>()
+            .add_systems(FixedPostUpdate, (apply_pull.after(Control).before(Step), sample.after(WriteBack)))
             .add_plugins(EditorPreviewPlugin)
             .add_systems(Update, select)
             .add_systems(
@@ -158,19 +144,12 @@ impl Plugin for AthletePanelsPlugin {
     }
 }
 
-fn begin_step(mut cost: ResMut<StepCost>) {
-    cost.began = Instant::now();
-}
-
-fn end_step(
-    time: Res<Time>,
-    mut cost: ResMut<StepCost>,
-    bodies: Query<(&AthleteBody, &AthleteSettings), With<Athlete>>,
-) {
-    let taken = cost.began.elapsed().as_secs_f64();
-    let running = bodies.iter().filter(|(_, settings)| !settings.paused);
-    let steps: f64 = running.map(|(b, _)| b.simulator().settings().rate * time.delta_secs_f64()).sum();
-    cost.micros = if steps > 0.0 { taken * 1e6 / steps } else { f64::NAN };
+/// Wall time of one step of one athlete in the last fixed tick, microseconds; no number where nothing was stepped.
+fn step_micros(diagnostics: Option<&DiagnosticsStore>) -> f64 {
+    let value =
+        |path: DiagnosticPath| diagnostics.and_then(|all| all.get(&path)).and_then(Diagnostic::value).unwrap_or(0.0);
+    let steps = value(AthleteDiagnosticsPlugin::STEPS);
+    if steps > 0.0 { value(AthleteDiagnosticsPlugin::STEP_TIME) * 1e3 / steps } else { f64::NAN }
 }
 
 /// Selects an athlete where none is, or where it is gone.
@@ -185,7 +164,7 @@ fn select(mut panels: ResMut<AthletePanels>, athletes: Query<Entity, (With<Athle
 
 fn sample(
     panels: Res<AthletePanels>,
-    cost: Res<StepCost>,
+    diagnostics: Option<Res<DiagnosticsStore>>,
     mut kept: ResMut<SelectedHistory>,
     bodies: Query<(&AthleteBody, &LinkPoses)>,
 ) {
@@ -194,7 +173,7 @@ fn sample(
         kept.history.clear();
     }
     let Some((body, poses)) = panels.selected.and_then(|s| bodies.get(s).ok()) else { return };
-    if let Some(sample) = Sample::of(body, poses, cost.micros) {
+    if let Some(sample) = Sample::of(body, poses, step_micros(diagnostics.as_deref())) {
         kept.history.push(sample);
     }
 }
@@ -295,17 +274,17 @@ fn show_disturbance(
     mut contexts: EguiContexts,
     mut panels: ResMut<AthletePanels>,
     mut state: ResMut<DisturbanceState>,
-    mut active: ResMut<ActiveDisturbances>,
-    mut bodies: Query<(&AthleteBody, &mut AthleteSettings)>,
+    mut pull: ResMut<WorldPull>,
+    mut bodies: Query<(&AthleteBody, &mut AthleteSettings, &mut AthleteForces)>,
 ) -> Result {
     if !panels.is_open(Panel::Disturbance) {
         return Ok(());
     }
-    let mut selected = panels.selected.and_then(|s| bodies.get_mut(s).ok().map(|found| (s, found)));
+    let mut selected = panels.selected.and_then(|s| bodies.get_mut(s).ok());
     let links: Vec<String> = selected
         .as_ref()
-        .map_or_else(Vec::new, |(_, (body, _))| body.model().links.iter().map(|l| l.name.clone()).collect());
-    let mut friction = selected.as_ref().map(|(_, (_, settings))| settings.friction_scale);
+        .map_or_else(Vec::new, |(body, ..)| body.model().links.iter().map(|l| l.name.clone()).collect());
+    let mut friction = selected.as_ref().map(|(_, settings, _)| settings.friction_scale);
     let before = friction;
     let state = &mut state.bypass_change_detection().0;
     let mut wish = None;
@@ -313,16 +292,16 @@ fn show_disturbance(
         wish = Some(disturbance(ui, state, &links, friction.as_mut()));
     });
     let Some(wish) = wish else { return Ok(()) };
-    if let Some((entity, (body, settings))) = &mut selected {
+    if let Some((body, settings, forces)) = &mut selected {
         if friction != before {
             settings.friction_scale = friction.unwrap_or(1.0);
         }
         if wish.push {
-            active.push(*entity, body, &state.push);
+            forces.extend(state.push.on(body));
         }
     }
     if wish.pull {
-        active.set_pull(&state.pull);
+        pull.set(&state.pull);
     }
     Ok(())
 }

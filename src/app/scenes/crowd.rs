@@ -5,12 +5,13 @@ use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::window::Stage;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteLook, AthleteSettings, AthleteSystems, AthleteWorld, CharacterAsset, PlaybackSpeed,
-    SkillController,
+    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteLook, AthleteSettings, AthleteWorld, CharacterAsset,
+    PlaybackSpeed, SkillController,
 };
-use bevy::platform::time::Instant;
+use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
 use std::f32::consts::TAU;
+use std::time::Duration;
 
 /// Radius of the crossover's circle, m.
 const RADIUS: f32 = 3.85;
@@ -32,7 +33,6 @@ pub(crate) struct CrowdCount {
     pub fixed: bool,
     /// Growing has ended.
     pub full: bool,
-    spent: f32,
     simulated: f32,
 }
 
@@ -43,9 +43,6 @@ impl CrowdCount {
     }
 }
 
-#[derive(Resource, Default)]
-struct StepBegun(Option<Instant>);
-
 #[derive(Component)]
 struct Skater;
 
@@ -54,17 +51,8 @@ pub(crate) struct CrowdPlugin;
 impl Plugin for CrowdPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<CrowdCount>()
-            .init_resource::<StepBegun>()
             .add_systems(OnEnter(DemoScene::Crowd), enter)
             .add_systems(OnExit(DemoScene::Crowd), leave)
-            .add_systems(
-                FixedPostUpdate,
-                (
-                    begin.after(AthleteSystems::ReadWorld).before(AthleteSystems::Control),
-                    end.after(AthleteSystems::WriteBack),
-                )
-                    .run_if(in_state(DemoScene::Crowd)),
-            )
             .add_systems(Update, (grow, look_over.before(follow)).run_if(in_state(DemoScene::Crowd)));
     }
 }
@@ -108,14 +96,13 @@ fn leave(mut cameras: Query<&mut OrbitCamera>) {
     }
 }
 
-fn begin(mut begun: ResMut<StepBegun>) {
-    begun.0 = Some(Instant::now());
-}
-
-fn end(mut begun: ResMut<StepBegun>, mut count: ResMut<CrowdCount>, time: Res<Time>) {
-    let Some(begun) = begun.0.take() else { return };
-    count.spent += begun.elapsed().as_secs_f32();
-    count.simulated += time.delta_secs();
+/// Wall seconds per simulated second that stepping took in the last `seconds` of simulated time.
+fn load(diagnostics: &DiagnosticsStore, tick: Duration, seconds: f32) -> f32 {
+    let ticks = (seconds / tick.as_secs_f32()).round().max(1.0) as usize;
+    let Some(taken) = diagnostics.get(&AthleteDiagnosticsPlugin::STEP_TIME) else { return 0.0 };
+    let last = taken.values().skip(taken.history_len().saturating_sub(ticks));
+    let (sum, count) = last.fold((0.0, 0.0), |(sum, count), ms| (sum + ms, count + 1.0));
+    if count > 0.0 { (sum / count * 1e-3 / tick.as_secs_f64()) as f32 } else { 0.0 }
 }
 
 /// Adds skaters as long as stepping them leaves time for everything else.
@@ -123,6 +110,9 @@ fn grow(
     mut commands: Commands,
     stage: Res<Stage>,
     assets: Res<AssetServer>,
+    time: Res<Time>,
+    fixed: Res<Time<Fixed>>,
+    diagnostics: Res<DiagnosticsStore>,
     playback: Res<PlaybackSpeed>,
     mut count: ResMut<CrowdCount>,
     mut characters: ResMut<Assets<CharacterAsset>>,
@@ -134,9 +124,10 @@ fn grow(
     count.skaters = ready.iter().count();
     if count.skaters < present || playback.paused {
         // Still loading: what a tick costs now says nothing.
-        (count.spent, count.simulated) = (0.0, 0.0);
+        count.simulated = 0.0;
         return;
     }
+    count.simulated += time.delta_secs();
     let mut more = 0;
     if count.fixed {
         more = (stage.options.crowd as usize).saturating_sub(present);
@@ -144,8 +135,8 @@ fn grow(
         more = 6;
     }
     if count.simulated >= WINDOW {
-        count.load = count.spent / count.simulated;
-        (count.spent, count.simulated) = (0.0, 0.0);
+        count.load = load(&diagnostics, fixed.timestep(), count.simulated);
+        count.simulated = 0.0;
         if !count.fixed && !count.full {
             // A third more, or what the load of one skater says.
             let room = (FULL - count.load).max(0.0) / (count.load / present.max(1) as f32).max(1e-6);

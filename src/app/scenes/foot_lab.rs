@@ -6,8 +6,8 @@ use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::window::Stage;
 use crate::contact::{Geometry, Solid, Surface, World};
 use crate::engine::{
-    Athlete, AthleteBody, AthleteController, AthleteForces, AthleteHistory, AthleteSystems, AthleteTargets,
-    AthleteWorld, CharacterAsset,
+    Athlete, AthleteBody, AthleteController, AthleteHistory, AthleteSystems, AthleteTargets, AthleteWorld,
+    CharacterAsset,
 };
 use crate::model::{CharacterModel, foot_human};
 use bevy::math::{DQuat, DVec2, DVec3};
@@ -98,7 +98,6 @@ fn enter(
         AthleteController::External,
         AthleteTargets { rotations: lab.targets.clone(), velocities: Vec::new() },
         AthleteHistory::default(),
-        AthleteForces::default(),
     ));
 }
 

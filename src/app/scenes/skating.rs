@@ -5,21 +5,13 @@ use crate::app::rink::HALF;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::window::Stage;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteController, AthleteForces, AthleteGhost, AthleteGizmos, AthleteHistory,
-    AthleteSettings, AthleteWorld, CharacterAsset, ControlAsset, SkatingProgram, SkillController, Steering,
+    Athlete, AthleteBody, AthleteController, AthleteGhost, AthleteGizmos, AthleteHistory, AthleteSettings,
+    AthleteWorld, CharacterAsset, ControlAsset, SkatingProgram, SkillController, Steering,
 };
+use crate::skill::SKATING_SKILLS;
 use bevy::prelude::*;
 use bevy_egui::input::{EguiWantsInput, egui_wants_any_keyboard_input};
 
-/// The skills that ship; the first is where steering begins.
-pub(crate) const SKILLS: [&str; 6] = [
-    "stroking",
-    "forward_crossover",
-    "backward_crossover",
-    "forward_three_turn",
-    "backward_three_turn",
-    "double_salchow",
-];
 /// So near to the boards a steered skater is turned back, m.
 const NEAR_BOARDS: f32 = 5.0;
 
@@ -43,13 +35,13 @@ impl Act {
             "clip" => Some(Self::Clip),
             "program" => Some(Self::Program),
             "steer" => Some(Self::Steer),
-            skill => SKILLS.iter().position(|s| *s == skill).map(Self::Skill),
+            skill => SKATING_SKILLS.iter().position(|s| *s == skill).map(Self::Skill),
         }
     }
 
     /// All names that [`Act::of_name`] knows.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        ["clip", "program", "steer"].into_iter().chain(SKILLS)
+        ["clip", "program", "steer"].into_iter().chain(SKATING_SKILLS)
     }
 
     /// Its title in the menu.
@@ -58,7 +50,7 @@ impl Act {
             Self::Clip => "Reconstructed clip".into(),
             Self::Program => "Short program".into(),
             Self::Steer => "Steer it yourself".into(),
-            Self::Skill(k) => skill_title(SKILLS.get(k).copied().unwrap_or_default()),
+            Self::Skill(k) => skill_title(SKATING_SKILLS.get(k).copied().unwrap_or_default()),
         }
     }
 }
@@ -85,9 +77,12 @@ impl Default for Overlays {
     }
 }
 
-/// The skater of the rink.
-#[derive(Component)]
-pub(crate) struct RinkSkater;
+/// The skater of the rink, and what it was spawned for.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RinkSkater {
+    act: Act,
+    overlays: Overlays,
+}
 
 pub(crate) struct SkatingPlugin;
 
@@ -97,10 +92,7 @@ impl Plugin for SkatingPlugin {
             .add_systems(OnEnter(DemoScene::Rink), (enter, spawn_skater).chain())
             .add_systems(
                 Update,
-                (
-                    steer.run_if(resource_exists::<EguiWantsInput>.and_then(not(egui_wants_any_keyboard_input))),
-                    respawn.run_if(resource_changed::<Act>.or_else(resource_changed::<Overlays>)),
-                )
+                (steer.run_if(resource_exists::<EguiWantsInput>.and_then(not(egui_wants_any_keyboard_input))), respawn)
                     .chain()
                     .run_if(in_state(DemoScene::Rink)),
             );
@@ -125,12 +117,11 @@ fn spawn_skater(
 ) {
     let middle = stage.control.middle().as_vec3();
     let mut skater = commands.spawn((
-        RinkSkater,
+        RinkSkater { act: *act, overlays: *overlays },
         DespawnOnExit(DemoScene::Rink),
         Athlete(characters.add(CharacterAsset { model: stage.control.model.clone() })),
         AthleteSettings { restart_after: Some(1.5), ..default() },
         AthleteHistory::default(),
-        AthleteForces::default(),
     ));
     if overlays.ghost {
         let offset = if *act == Act::Clip { AthleteGhost::default().offset } else { Vec3::ZERO };
@@ -150,21 +141,24 @@ fn spawn_skater(
             skater.insert((program, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 8.0))));
         }
         Act::Steer => {
-            let steering = Steering::new(SKILLS.iter().map(|name| skill(name)).collect());
+            let steering = Steering::new(SKATING_SKILLS.iter().map(|name| skill(name)).collect());
             skater.insert((steering, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 6.0))));
         }
         Act::Skill(k) => {
             let place = Transform::from_translation(middle + Vec3::new(0.0, 0.0, if k == 0 { 20.0 } else { 4.0 }));
-            skater.insert((SkillController::new(skill(SKILLS[k.min(SKILLS.len() - 1)])), place));
+            skater.insert((SkillController::new(skill(SKATING_SKILLS[k.min(SKATING_SKILLS.len() - 1)])), place));
         }
     }
 }
 
-fn respawn(mut commands: Commands, skaters: Query<Entity, With<RinkSkater>>) {
-    for skater in &skaters {
-        commands.entity(skater).despawn();
+/// Another act or other overlays: another skater.
+fn respawn(mut commands: Commands, act: Res<Act>, overlays: Res<Overlays>, skaters: Query<(Entity, &RinkSkater)>) {
+    let wanted = RinkSkater { act: *act, overlays: *overlays };
+    let mut old = skaters.iter().filter(|(_, skater)| **skater != wanted).peekable();
+    if old.peek().is_some() {
+        old.for_each(|(entity, _)| commands.entity(entity).despawn());
+        commands.run_system_cached(spawn_skater);
     }
-    commands.run_system_cached(spawn_skater);
 }
 
 /// Arrow keys or the left stick; T, B and J turn and jump. The first touch of an arrow takes the skater over.

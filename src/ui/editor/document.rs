@@ -299,7 +299,7 @@ impl PoseDocument {
 
     /// Turns a pose into its mirror image: left and right swapped.
     pub fn mirror(&mut self, pose: usize) -> Result<(), DocumentError> {
-        let image = mirrored(self.pose(pose)?);
+        let image = self.pose(pose)?.mirrored();
         self.write(pose, &image)
     }
 
@@ -513,26 +513,6 @@ fn set_part(
         (None, _) if is_zero => Ok(()),
         (None, Some(holder)) => Ok(patch.add_entry(&holder, &entry)?),
         (None, None) => Ok(patch.add_entry(&node, &format!("{}: {{ {entry} }}", inside.unwrap_or_default()))?),
-    }
-}
-
-/// The pose seen in a mirror that swaps left and right.
-pub fn mirrored(pose: &KeyPose) -> KeyPose {
-    let flip = |v: (f64, f64, f64)| (v.0, -v.1, -v.2);
-    KeyPose {
-        lateral: -pose.lateral,
-        turn: -pose.turn,
-        root: flip(pose.root),
-        joints: pose.joints.iter().map(|(name, v)| (other_side(name), flip(*v))).collect(),
-        ..pose.clone()
-    }
-}
-
-fn other_side(name: &str) -> String {
-    match (name.strip_suffix("_left"), name.strip_suffix("_right")) {
-        (Some(stem), _) => format!("{stem}_right"),
-        (_, Some(stem)) => format!("{stem}_left"),
-        _ => name.to_owned(),
     }
 }
 

@@ -20,7 +20,7 @@ mod preview;
 mod spans;
 mod state;
 
-pub use document::{DocumentError, PoseDocument, PoseField, mirrored};
+pub use document::{DocumentError, PoseDocument, PoseField};
 pub use job::{JOBS_CAN_RUN, Job, JobControl, JobError};
 pub use jobs::{
     Cycle, Learnt, SimulateJob, Simulated, TrainJob, TrainNews, TrainPlan, job_threads, start_simulation,
