@@ -65,16 +65,16 @@ fn one_and_two_threads_learn_the_same() {
 fn a_checkpoint_holds_all_that_was_learnt() {
     let trainer = trained(2, 2);
     let text = trainer.checkpoint();
-    let again = Trainer::resume(task(), &text).unwrap();
+    let again = Trainer::resume(task(), &text, |_| ()).unwrap();
     assert_eq!(again.present().actor, trainer.present().actor);
     assert_eq!(again.curve().len(), 2);
     assert!(again.checkpoint() == text, "a checkpoint of a checkpoint is the same");
 
     let mut other = task();
     other.skill.name = "crossover".into();
-    let refusal = Trainer::resume(other, &text).err().unwrap().to_string();
+    let refusal = Trainer::resume(other, &text, |_| ()).err().unwrap().to_string();
     assert!(refusal.contains("stroking") && refusal.contains("crossover"), "{refusal}");
-    assert!(Trainer::resume(task(), &text[..text.len() / 2]).err().unwrap().to_string().contains("checkpoint"));
+    assert!(Trainer::resume(task(), &text[..text.len() / 2], |_| ()).err().unwrap().to_string().contains("checkpoint"));
 }
 
 struct Network<'a>(&'a Trained);

@@ -14,10 +14,13 @@
 //! | `props`, `rink`, `scenery` | ice, boards, hall, hills, light |
 //! | `reflection`, `tracks`, `spray` | the image in the ice, the lines of the blades, the ice they throw up |
 //! | `screenshot` | renders some frames, saves a picture and ends |
+//! | `fonts` | the panels' letters, where egui's own set is left out |
 //! | `web` | wasm32: the demo in a page, and what it tells the page |
 
 mod buttons;
 mod camera;
+#[cfg(not(feature = "fonts"))]
+mod fonts;
 #[cfg(not(target_arch = "wasm32"))]
 mod headless;
 mod keys;

@@ -87,6 +87,13 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
                 ),
             )
             .add_systems(PreUpdate, (single_step, rewind).chain().run_if(not(egui_wants_any_keyboard_input)));
+        #[cfg(not(feature = "fonts"))]
+        app.add_systems(
+            PreUpdate,
+            crate::app::fonts::give_fonts
+                .after(bevy_egui::EguiPreUpdateSet::InitContexts)
+                .before(bevy_egui::EguiPreUpdateSet::BeginPass),
+        );
         add_panels(&mut app, options);
     }
     #[cfg(target_arch = "wasm32")]

@@ -99,6 +99,8 @@ pub struct EpisodeOptions {
     /// Part of the trials in training that begin in the pose in which another skill (see [`SkillDefinition::after`]) is
     /// left for this one, 0 to 1.
     pub after_share: f64,
+    /// Part of the other trials in training that begin at the start of a motion that ends, 0 to 1.
+    pub begin_share: f64,
 }
 
 impl Default for EpisodeOptions {
@@ -113,7 +115,8 @@ impl Default for EpisodeOptions {
             joint_velocity_noise: 0.5,
             push: None,
             start: None,
-            after_share: 0.4,
+            after_share: 0.25,
+            begin_share: 0.4,
         }
     }
 }
@@ -372,8 +375,10 @@ impl SkillDefinition {
                 return bad("push", format!("{push:?}"), "0 to 1e5 N in order, 0 to 10 s, every 0.1 s or more");
             }
         }
-        if !(0.0..=1.0).contains(&e.after_share) {
-            return bad("episode.after_share", e.after_share.to_string(), "0 to 1");
+        for (field, share) in [("episode.after_share", e.after_share), ("episode.begin_share", e.begin_share)] {
+            if !(0.0..=1.0).contains(&share) {
+                return bad(field, share.to_string(), "0 to 1");
+            }
         }
         let mut names = std::collections::BTreeSet::new();
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {

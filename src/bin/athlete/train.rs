@@ -67,10 +67,23 @@ pub struct Train {
     /// Standard deviation of the exploration at the start and in the end, in units of the action
     #[arg(long)]
     sigma: Option<String>,
+    /// How strongly actions are drawn to those before and after them; 0 not at all [default: 0]
+    #[arg(long)]
+    smoothness: Option<f32>,
+    /// Iterations over which the measured policy is a running mean; 1 for the actor as it is [default: 20]
+    #[arg(long)]
+    average: Option<usize>,
+    /// Pods of 64 trials that are played side by side [default: 4]
+    #[arg(long)]
+    pods: Option<usize>,
+    /// Divergence at which an iteration's update stops [default: 0.06]
+    #[arg(long)]
+    divergence: Option<f32>,
     /// Folder of the results; by default runs/NAME
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Go on from the checkpoint in --out, with the seed, layers and learning options it was begun with
+    /// Go on from the checkpoint in --out, with the seed and layers it was begun with, and its learning options where no
+    /// others are given
     #[arg(long)]
     resume: bool,
 }
@@ -105,21 +118,28 @@ impl Train {
         Ok(skill)
     }
 
-    fn options(&self) -> Result<TrainOptions, Box<dyn std::error::Error>> {
-        let mut options = TrainOptions { seed: self.seed, ..TrainOptions::default() };
-        if let Some(threads) = self.threads {
-            options.threads = threads;
+    /// Puts what was asked for in place of what is there. Seed and layers are those a training is begun with.
+    fn change(&self, options: &mut TrainOptions) -> Result<(), String> {
+        fn put<T: Copy>(asked: Option<T>, option: &mut T) {
+            *option = asked.unwrap_or(*option);
         }
-        if let Some(epochs) = self.epochs {
-            options.epochs = epochs;
-        }
-        if let Some(every) = self.evaluate_every {
-            options.evaluate_every = every;
-        }
+        put(self.threads, &mut options.threads);
+        put(self.epochs, &mut options.epochs);
+        put(self.evaluate_every, &mut options.evaluate_every);
+        put(self.smoothness, &mut options.smoothness);
+        put(self.average, &mut options.average);
+        put(self.pods, &mut options.pods);
+        put(self.divergence, &mut options.divergence);
         if let Some(text) = &self.sigma {
             let (first, last) = pair(text, "--sigma")?;
             options.sigma = (first as f32, last as f32);
         }
+        Ok(())
+    }
+
+    fn options(&self) -> Result<TrainOptions, String> {
+        let mut options = TrainOptions { seed: self.seed, ..TrainOptions::default() };
+        self.change(&mut options)?;
         if let Some(text) = &self.hidden {
             let sizes: Result<Vec<usize>, _> = text.split(',').map(|t| t.trim().parse()).collect();
             options.hidden =
@@ -139,7 +159,10 @@ impl Train {
         let checkpoint = out.join("checkpoint.json");
         let mut trainer = if self.resume {
             let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
-            Trainer::resume(task, &text)?
+            let mut asked = Ok(());
+            let trainer = Trainer::resume(task, &text, |options| asked = self.change(options))?;
+            asked?;
+            trainer
         } else {
             Trainer::new(task, self.options()?)?
         };

@@ -142,6 +142,13 @@ impl Network {
         &mut self.parameters
     }
 
+    /// Moves every parameter by a share of its way to another network's of the same layers.
+    pub fn approach(&mut self, other: &Self, share: f32) {
+        for (mine, theirs) in self.parameters_mut().iter_mut().zip(&other.parameters) {
+            *mine += share * (theirs - *mine);
+        }
+    }
+
     /// Weights of a layer: outputs x inputs, row-major (the weights of output o are neighbours).
     pub fn weights(&self, layer: usize) -> &[f32] {
         let (start, middle, _) = self.span(layer);

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const QUALITY_TRIALS: usize = 16;
 
 /// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate. The
-/// card, and for each row what the trials that did not count lacked. `command` is what the card says it was made by.
+/// card, and for each row what the trials that did not count lacked and where in the motion they ended. `command` is what the card says it was made by.
 pub fn robustness_card(
     task: &SkillTask,
     policy: &Policy,
@@ -29,7 +29,15 @@ pub fn robustness_card(
         quality.insert(format!("reward_per_step, {name}"), found.reward);
         quality.insert(format!("residual_rad, {name}"), found.residual);
         let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
-        shortfalls.push(words.join(", "));
+        let mut lacked = words.join(", ");
+        let mut at = found.failed_at;
+        at.sort_unstable();
+        if let (Some(first), Some(last)) = (at.first(), at.last()) {
+            let time = |tick: usize| tick as f64 / task.skill.control_rate;
+            let middle = time(at[at.len() / 2]);
+            lacked.push_str(&format!("; at {:.1} to {:.1} s, half of them by {middle:.1}", time(*first), time(*last)));
+        }
+        shortfalls.push(lacked);
     }
     if let Some((_, row)) = tables.first() {
         let q = motion_quality(row, policy, QUALITY_TRIALS.min(trials), seed);

@@ -47,6 +47,8 @@ pub struct Trial {
 struct Lane {
     age: usize,
     limit: usize,
+    /// Part of the range of speeds.
+    speed: f64,
     reward: f64,
     push_from: usize,
     push_to: usize,
@@ -108,11 +110,14 @@ impl<R: Real> Environment<R> {
         let (motion, episode) = (&task.motion, &task.skill.episode);
         let random = &mut self.random;
         let rate = task.skill.control_rate;
+        let (drawn, part) = starts.draw(random);
+        let begins = motion.cycle().is_none() && random.uniform() < episode.begin_share;
         let tick = match episode.start {
             Some(range) => ((draw(random, range) * rate).round() as usize).min(motion.last().saturating_sub(1)),
-            None => starts.draw(random),
+            None if begins => 0,
+            None => drawn,
         };
-        let speed = episode.speed.map_or(motion.mean_speed(), |range| draw(random, range));
+        let speed = episode.speed.map_or(motion.mean_speed(), |(low, high)| low + part * (high - low));
         let start = episode.start_speed.map_or(speed, |range| draw(random, range));
         let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
         let tick = if follows {
@@ -141,7 +146,7 @@ impl<R: Real> Environment<R> {
         let ticks = (episode.seconds * rate).round() as usize;
         // A motion that ends gives trials that end with it.
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
-        self.lanes[lane] = Lane { limit: left, ..Lane::default() };
+        self.lanes[lane] = Lane { limit: left, speed: part, ..Lane::default() };
         self.plan_push(lane);
     }
 
@@ -369,6 +374,11 @@ impl<R: Real> Environment<R> {
     /// What was seen of a lane's judged trial.
     pub fn samples(&self, lane: usize) -> &[PerformanceSample] {
         &self.lanes[lane].samples
+    }
+
+    /// At which part (0 to 1) of the range of speeds a lane's trial is.
+    pub(crate) fn speed_part(&self, lane: usize) -> f64 {
+        self.lanes[lane].speed
     }
 
     /// Ticks that a lane's trial may last in all.

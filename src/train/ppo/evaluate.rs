@@ -22,6 +22,8 @@ pub struct EvaluationReport {
     pub residual: f64,
     /// What the others lacked, and how many of them; of a fall, the condition is `no fall`.
     pub shortfalls: BTreeMap<&'static str, usize>,
+    /// Where in the motion failed trials ended, ticks.
+    pub failed_at: Vec<usize>,
 }
 
 impl EvaluationReport {
@@ -38,6 +40,7 @@ impl EvaluationReport {
         self.residual = mean(self.residual, other.residual);
         self.trials += other.trials;
         self.survived += other.survived;
+        self.failed_at.extend(&other.failed_at);
         for (condition, count) in &other.shortfalls {
             *self.shortfalls.entry(condition).or_insert(0) += count;
         }
@@ -109,6 +112,7 @@ pub fn evaluate<R: Real, A: Actor>(
         residual: (results.iter().map(|r| r.effort).sum::<f64>() / ticks.max(1) as f64).sqrt()
             * task.skill.action_scale,
         shortfalls,
+        failed_at: results.iter().filter(|r| r.failure.is_some()).map(|r| r.tick).collect(),
     }
 }
 
@@ -121,6 +125,8 @@ struct Tried {
     /// Sum of mean square actions.
     effort: f64,
     ticks: usize,
+    /// Where in the motion it ended.
+    tick: usize,
 }
 
 /// One trial in each lane.
@@ -158,6 +164,7 @@ fn run_batch<R: Real, A: Actor>(
                     reward: trial.reward / env.limit(lane) as f64,
                     effort: effort[lane],
                     ticks: trial.ticks,
+                    tick: env.tracker.tick(lane),
                 };
                 // Something sane to go on with while the others finish.
                 env.reset(lane, &starts);

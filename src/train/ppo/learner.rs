@@ -4,6 +4,9 @@
 //! `r = p(a|s) / p_old(a|s)` and the advantage A, the actor maximises `min(r A, clip(r, 1 - e, 1 + e) A)`. The policy is a
 //! Gaussian around the network's output with a standard deviation given from outside, so
 //! `d log p / d mean = (a - mean) / sigma^2`. The critic's loss is half the squared error of the return.
+//!
+//! A policy that shakes gains nothing by it: half the squared distance of the mean action to the old ones at the ticks before
+//! and after is added to the loss, by a weight (Mysore et al. 2021, equation 2, with the neighbours' actions as constants).
 
 use crate::math::RandomStream;
 use crate::train::nn::{Activations, Adam, Network, clip_norm};
@@ -23,6 +26,7 @@ pub(crate) struct UpdateOptions {
     pub largest_divergence: f32,
     pub largest_gradient: f32,
     pub sigma: f32,
+    pub smoothness: f32,
     pub threads: usize,
 }
 
@@ -194,7 +198,16 @@ impl Shard {
             let outside =
                 (advantage > 0.0 && ratio > 1.0 + options.clip) || (advantage < 0.0 && ratio < 1.0 - options.clip);
             let factor = if outside { 0.0 } else { -ratio * advantage * precision * share };
+            let from = self.d_mean.len();
             self.d_mean.extend(action.iter().zip(mine).map(|(a, m)| factor * (a - m)));
+            if options.smoothness > 0.0 {
+                for other in pod.neighbours(at).into_iter().flatten() {
+                    let theirs = &pod.means[other * outputs..(other + 1) * outputs];
+                    for ((d, m), t) in self.d_mean[from..].iter_mut().zip(mine).zip(theirs) {
+                        *d += options.smoothness * share * (m - t);
+                    }
+                }
+            }
             // Schulman's estimate of the divergence: always positive, small variance.
             self.divergence += (ratio - 1.0 - log_ratio) * share;
             self.clipped += f32::from(u8::from(outside)) * share;

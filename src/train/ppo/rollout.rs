@@ -35,6 +35,8 @@ pub(crate) struct Pod {
     pub observations: Vec<f32>,
     pub raw: Vec<f32>,
     pub actions: Vec<f32>,
+    /// The actions without exploration.
+    pub means: Vec<f32>,
     pub log_probabilities: Vec<f32>,
     pub values: Vec<f32>,
     pub advantages: Vec<f32>,
@@ -61,6 +63,7 @@ impl Pod {
             observations: Vec::new(),
             raw: Vec::new(),
             actions: Vec::new(),
+            means: Vec::new(),
             log_probabilities: Vec::new(),
             values: Vec::new(),
             advantages: Vec::new(),
@@ -80,6 +83,7 @@ impl Pod {
         self.observations.resize(ticks * rows * inputs, 0.0);
         self.raw.resize(ticks * rows * inputs, 0.0);
         self.actions.resize(ticks * rows * outputs, 0.0);
+        self.means.resize(ticks * rows * outputs, 0.0);
         for buffer in [
             &mut self.log_probabilities,
             &mut self.values,
@@ -108,6 +112,7 @@ impl Pod {
             let at = tick * rows..(tick + 1) * rows;
             self.values[at.clone()].copy_from_slice(player.critic.forward(&mut self.critic_scratch, observation, rows));
             let mean = player.actor.forward(&mut self.actor_scratch, observation, rows);
+            self.means[tick * rows * outputs..(tick + 1) * rows * outputs].copy_from_slice(mean);
             let actions = &mut self.actions[tick * rows * outputs..(tick + 1) * rows * outputs];
             for row in 0..rows {
                 let mut square = 0.0;
@@ -126,7 +131,7 @@ impl Pod {
                 for (lane, outcome) in outcomes.into_iter().enumerate() {
                     let row = tick * rows + b * per + lane;
                     let failed = outcome.ending == Ending::Failed;
-                    self.counts.visit(env.tracker.tick(lane), failed);
+                    self.counts.visit(env.tracker.tick(lane), env.speed_part(lane), failed);
                     // Rewards are scaled so that values stay near one.
                     let mut reward = outcome.reward as f32 * (1.0 - player.gamma);
                     if outcome.ending == Ending::TimeUp {
@@ -170,6 +175,14 @@ impl Pod {
                 next_value[row] = self.values[at];
             }
         }
+    }
+
+    /// The rows before and after a row that belong to the same trial.
+    pub fn neighbours(&self, row: usize) -> [Option<usize>; 2] {
+        let goes_on = |from: usize| self.goes_on[from] > 0.0;
+        let before = row.checked_sub(POD_ROWS).filter(|b| goes_on(*b));
+        let after = Some(row + POD_ROWS).filter(|a| *a < self.rows() && goes_on(row));
+        [before, after]
     }
 
     pub fn rows(&self) -> usize {

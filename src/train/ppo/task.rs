@@ -177,6 +177,7 @@ impl SkillTask {
             push: row.push.clone(),
             start,
             after_share: 0.0,
+            begin_share: 0.0,
         };
         task.push_link = link_of(&task.model, &self.skill, row.push.as_ref())?;
         Ok(task)

@@ -40,12 +40,20 @@ pub struct TrainOptions {
     pub rate: f32,
     /// Divergence at which an iteration's update stops and the learning rate falls; below half of it the rate rises.
     pub divergence: f32,
+    /// How strongly an action is drawn to those before and after it (Mysore, Mabsout, Mancuso, Saenko 2021, "Regularizing
+    /// Action Policies for Smooth Control", equation 2); 0 not at all.
+    pub smoothness: f32,
+    /// The policy that is measured and kept is a running mean of the actor's parameters over about so many iterations.
+    pub average: usize,
     /// Standard deviation of the exploration at the start and in the end, in units of the action.
     pub sigma: (f32, f32),
     /// Samples over which it falls from the first to the last.
     pub sigma_samples: f64,
     /// Iterations after which the normaliser stays.
     pub normalizer_iterations: usize,
+    /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
+    /// of where, and at the speeds at which, trials fail.
+    pub even_starts: f64,
     /// Trials of a measurement.
     pub evaluation_trials: usize,
     /// Iterations between measurements.
@@ -67,9 +75,12 @@ impl Default for TrainOptions {
             clip: 0.2,
             rate: 3e-4,
             divergence: 0.06,
+            smoothness: 0.0,
+            average: 20,
             sigma: (0.2, 0.08),
             sigma_samples: 4e6,
             normalizer_iterations: 60,
+            even_starts: 0.4,
             evaluation_trials: 128,
             evaluate_every: 20,
         }
@@ -154,6 +165,9 @@ struct Checkpoint {
     skill: String,
     options: TrainOptions,
     actor: Network,
+    /// Running mean of the actors; absent in files of older trainings.
+    #[serde(default)]
+    mean: Option<Network>,
     critic: Network,
     actor_adam: Adam,
     critic_adam: Adam,
@@ -170,6 +184,8 @@ pub struct Trainer {
     rows: Vec<Arc<SkillTask>>,
     options: TrainOptions,
     learner: Learner,
+    /// Running mean of the actors.
+    mean: Network,
     normalizer: Normalizer,
     starts: StartSampler,
     pods: Vec<Pod>,
@@ -194,8 +210,9 @@ impl Trainer {
         let mut random = RandomStream::new(options.seed, 1);
         let actor = Network::new(&sizes(outputs), Activation::Tanh, 0.01, &mut random);
         let critic = Network::new(&sizes(1), Activation::Tanh, 1.0, &mut random);
-        let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+        let starts = StartSampler::new(task.motion.last(), task.motion.cycle().is_some(), options.even_starts);
         let mut trainer = Self {
+            mean: actor.clone(),
             learner: Learner::new(actor, critic),
             normalizer: Normalizer::new(inputs),
             starts,
@@ -214,10 +231,15 @@ impl Trainer {
     }
 
     /// Goes on from what [`Trainer::checkpoint`] gave. Trials begin anew, so the continuation is not that of an
-    /// uninterrupted training, bit for bit.
-    pub fn resume(task: SkillTask, checkpoint: &str) -> Result<Self, TrainError> {
+    /// uninterrupted training, bit for bit. `change` may change the learning options; the layers stay.
+    pub fn resume(
+        task: SkillTask,
+        checkpoint: &str,
+        change: impl FnOnce(&mut TrainOptions),
+    ) -> Result<Self, TrainError> {
         let broken = |found: String| TrainError::Checkpoint { what: "text", found, expected: "a checkpoint".into() };
-        let saved: Checkpoint = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
+        let mut saved: Checkpoint = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
+        change(&mut saved.options);
         let differs = |what, found: &dyn core::fmt::Display, expected: &dyn core::fmt::Display| {
             Err(TrainError::Checkpoint { what, found: found.to_string(), expected: expected.to_string() })
         };
@@ -236,17 +258,24 @@ impl Trainer {
         if (saved.critic.inputs(), saved.critic.outputs()) != (task.layout.size(), 1) {
             return differs("critic's output", &saved.critic.outputs(), &1);
         }
+        if saved.mean.as_ref().is_some_and(|m| m.parameters().len() != saved.actor.parameters().len()) {
+            return differs("mean of the actors", &"of other layers", &"of the actor's");
+        }
         for (adam, network) in [(&saved.actor_adam, &saved.actor), (&saved.critic_adam, &saved.critic)] {
             if adam.parameters() != network.parameters().len() {
                 return differs("optimiser's length", &adam.parameters(), &network.parameters().len());
             }
         }
         let mut trainer = Self::new(task, saved.options)?;
+        trainer.mean = saved.mean.unwrap_or_else(|| saved.actor.clone());
         trainer.learner = Learner::new(saved.actor, saved.critic);
         trainer.learner.actor_adam = saved.actor_adam;
         trainer.learner.critic_adam = saved.critic_adam;
         trainer.normalizer = saved.normalizer;
-        trainer.starts = saved.starts;
+        if saved.starts.fits(&trainer.starts) {
+            trainer.starts = saved.starts;
+            trainer.starts.set_even(trainer.options.even_starts);
+        }
         trainer.curve = saved.curve;
         trainer.rate = saved.rate;
         trainer.best = saved.best;
@@ -269,6 +298,7 @@ impl Trainer {
             skill: self.task.skill.name.clone(),
             options: self.options.clone(),
             actor: self.learner.actor.clone(),
+            mean: Some(self.mean.clone()),
             critic: self.learner.critic.clone(),
             actor_adam: self.learner.actor_adam.clone(),
             critic_adam: self.learner.critic_adam.clone(),
@@ -293,10 +323,10 @@ impl Trainer {
     pub fn best(&self) -> Option<&Trained> {
         self.best.as_ref()
     }
-    /// The policy as it is now.
+    /// The policy as it is now: the mean of the last actors.
     pub fn present(&self) -> Trained {
         Trained {
-            actor: self.learner.actor.clone(),
+            actor: self.mean.clone(),
             normalizer: self.normalizer.clone(),
             evaluation: (0.0, 0.0),
             iteration: self.curve.len(),
@@ -342,6 +372,7 @@ impl Trainer {
             largest_divergence: o.divergence,
             largest_gradient: 1.0,
             sigma,
+            smoothness: o.smoothness,
             threads: o.threads,
         };
         let report = self.learner.update(&self.pods, &update, &mut self.random);
@@ -350,6 +381,9 @@ impl Trainer {
         } else if report.divergence < 0.5 * o.divergence {
             self.rate = (self.rate * 1.1).min(1e-3);
         }
+        // A mean over few iterations at first, so that it does not hold on to the beginning.
+        let over = self.options.average.clamp(1, 1 + self.curve.len() / 4) as f32;
+        self.mean.approach(&self.learner.actor, over.recip());
         let learning = learning.elapsed().as_secs_f64();
 
         let counts: Vec<_> = self.pods.iter().map(|p| p.counts.clone()).collect();
@@ -381,7 +415,7 @@ impl Trainer {
             parts: [simulation, playing - simulation, learning],
         };
         if number.is_multiple_of(self.options.evaluate_every.max(1)) {
-            let now = self.measure(&self.learner.actor, &self.normalizer, number as u64);
+            let now = self.measure(&self.mean, &self.normalizer, number as u64);
             iteration.evaluation = Some(now);
             let score = |e: (f64, f64)| e.0 + 0.5 * e.1;
             if let Some(mut best) = self.best.take_if(|_| self.best_from_before) {
@@ -405,7 +439,9 @@ impl Trainer {
         let seed = self.options.seed ^ (0x6d65_6173 + number);
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
         let mut whole = EvaluationReport::default();
-        for row in &self.rows {
+        for (k, row) in self.rows.iter().enumerate() {
+            // Rows are to be independent of each other.
+            let seed = seed.wrapping_add((k as u64) << 32);
             whole.add(&evaluate::<Lanes, _>(row, &actor, each, seed, self.options.threads));
         }
         (whole.survival(), whole.reward)
@@ -434,6 +470,15 @@ fn check(o: &TrainOptions) -> Result<(), TrainError> {
     }
     if !(o.sigma.0 > 0.0 && o.sigma.1 > 0.0 && o.sigma.0.is_finite() && o.sigma.1.is_finite()) {
         return bad("sigma", format!("{:?}", o.sigma), "two positive numbers");
+    }
+    if !(o.smoothness >= 0.0 && o.smoothness.is_finite()) {
+        return bad("smoothness", o.smoothness.to_string(), "0 or more");
+    }
+    if !(0.0..=1.0).contains(&o.even_starts) {
+        return bad("even_starts", o.even_starts.to_string(), "0 to 1");
+    }
+    if !(1..=10_000).contains(&o.average) {
+        return bad("average", o.average.to_string(), "1 to 10000 iterations");
     }
     Ok(())
 }

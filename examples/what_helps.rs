@@ -1,0 +1,64 @@
+//! Learns one skill several times, each time without one of the things that the learner does, and draws the measured
+//! survival of all of them: `docs/img/what_helps.png`.
+//!
+//! ```sh
+//! cargo run --release --no-default-features --features cli --example what_helps -- forward_three_turn 2 docs/img/what_helps.png
+//! ```
+//!
+//! Arguments: the skill, minutes for each, the picture. Prints for each the mean of its last five measurements.
+
+use bevy_athlete::cli::{find_skill, load_task};
+use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::storyboard::{Chart, Curve, charts_png};
+use bevy_athlete::train::ppo::{TrainOptions, Trainer};
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+/// What is left out, and how.
+type Variant = (&'static str, fn(&mut SkillDefinition, &mut TrainOptions));
+
+const VARIANTS: [Variant; 5] = [
+    ("as it is", |_, _| ()),
+    ("starts even", |_, options| options.even_starts = 1.0),
+    ("no starts at the beginning", |skill, _| skill.episode.begin_share = 0.0),
+    ("last actor, no mean", |_, options| options.average = 1),
+    ("long trials", |skill, _| skill.episode.seconds *= 3.0),
+];
+
+/// Measurements that a point of a curve is the mean of.
+const MEAN_OF: usize = 5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (name, minutes, out) = match (arguments.next(), arguments.next(), arguments.next()) {
+        (Some(name), Some(minutes), Some(out)) => (name, minutes.parse::<f64>()?, out),
+        _ => return Err("give a skill, the minutes for each training, and the picture's path".into()),
+    };
+    let mut curves = Vec::new();
+    for (variant, change) in VARIANTS {
+        let mut skill = SkillDefinition::load(find_skill(&name)?)?;
+        let mut options = TrainOptions::default();
+        change(&mut skill, &mut options);
+        let mut trainer = Trainer::new(load_task(&skill, None)?, options)?;
+        let (began, limit) = (Instant::now(), Duration::from_secs_f64(60.0 * minutes));
+        let mut measured = Vec::new();
+        while began.elapsed() < limit {
+            let news = trainer.iterate();
+            if let Some((survival, _)) = news.evaluation {
+                measured.push((news.samples as f64 / 1e6, survival));
+            }
+        }
+        let mean = |points: &[(f64, f64)]| {
+            let n = points.len().max(1) as f64;
+            (points.last().map_or(0.0, |p| p.0), points.iter().map(|p| p.1).sum::<f64>() / n)
+        };
+        let points: Vec<_> = measured.windows(MEAN_OF).map(mean).collect();
+        let (samples, survival) = points.last().copied().unwrap_or((0.0, 0.0));
+        println!("{variant:<28} {samples:>6.1} million samples, survival {:>5.1} %", 100.0 * survival);
+        curves.push(Curve { name: variant.into(), points });
+    }
+    let title = format!("{name}: part of the trials that count, over {MEAN_OF} measurements");
+    let chart = Chart { title, x_label: "million samples".into(), low: 0.0, high: 1.0, curves };
+    std::fs::write(&out, charts_png(&[chart], 900, 420)?).map_err(|e| format!("{out}: {e}"))?;
+    Ok(())
+}
