@@ -22,7 +22,7 @@ const VARIANTS: [Variant; 5] = [
     ("starts even", |_, options| options.even_starts = 1.0),
     ("no starts at the beginning", |skill, _| skill.episode.begin_share = 0.0),
     ("last actor, no mean", |_, options| options.average = 1),
-    ("long trials", |skill, _| skill.episode.seconds *= 3.0),
+    ("not smoothed", |_, options| options.smoothness = 0.0),
 ];
 
 /// Measurements that a point of a curve is the mean of.

@@ -67,7 +67,7 @@ pub struct Train {
     /// Standard deviation of the exploration at the start and in the end, in units of the action
     #[arg(long)]
     sigma: Option<String>,
-    /// How strongly actions are drawn to those before and after them; 0 not at all [default: 0]
+    /// How strongly actions are drawn to those before and after them; 0 not at all [default: 0.1]
     #[arg(long)]
     smoothness: Option<f32>,
     /// Iterations over which the measured policy is a running mean; 1 for the actor as it is [default: 20]

@@ -111,7 +111,9 @@ impl<R: Real> Environment<R> {
         let random = &mut self.random;
         let rate = task.skill.control_rate;
         let (drawn, part) = starts.draw(random);
-        let begins = motion.cycle().is_none() && random.uniform() < episode.begin_share;
+        // A motion that nothing lasts through yet is not learnt from its start.
+        let share = episode.begin_share * starts.ripeness();
+        let begins = motion.cycle().is_none() && random.uniform() < share;
         let tick = match episode.start {
             Some(range) => ((draw(random, range) * rate).round() as usize).min(motion.last().saturating_sub(1)),
             None if begins => 0,

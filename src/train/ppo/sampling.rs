@@ -60,6 +60,20 @@ impl StartSampler {
         sampler
     }
 
+    /// How likely a trial lasts from the start of the motion to its end, by what was counted (0 to 1).
+    fn lasting(&self) -> f64 {
+        let sum = |counts: &[f64]| counts.iter().sum::<f64>();
+        let places = self.visits.chunks(SPEEDS).zip(self.failures.chunks(SPEEDS));
+        places
+            .map(|(visits, failures)| (1.0 - sum(failures) / sum(visits).max(1.0)).max(0.0).powi(BIN as i32))
+            .product()
+    }
+
+    /// Grows from 0 to 1 while a motion is learnt: 1 once one trial of four would last from its start to its end.
+    pub(crate) fn ripeness(&self) -> f64 {
+        (4.0 * self.lasting()).min(1.0)
+    }
+
     /// Which part of the starts stays even.
     pub(crate) fn set_even(&mut self, even: f64) {
         self.even = even;
@@ -149,6 +163,19 @@ mod tests {
         // Four of ten starts are even; the others are at the slow speeds shortly before tick 60.
         assert!((1_800..2_200).contains(&early), "{early}");
         assert!((6_600..7_000).contains(&slow), "{slow}");
+    }
+
+    #[test]
+    fn a_motion_is_lasted_through_as_its_ticks_are() {
+        let mut sampler = StartSampler::even(80, false);
+        assert_eq!(sampler.lasting(), 1.0);
+        let mut counts = sampler.counts();
+        // One of a thousand fails at each tick.
+        for k in 0..80_000 {
+            counts.visit(k % 80, 0.5, k / 80 == 7);
+        }
+        sampler.add(&[counts]);
+        assert!((sampler.lasting() - 0.999_f64.powi(80)).abs() < 1e-3, "{}", sampler.lasting());
     }
 
     #[test]

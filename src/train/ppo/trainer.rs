@@ -75,7 +75,7 @@ impl Default for TrainOptions {
             clip: 0.2,
             rate: 3e-4,
             divergence: 0.06,
-            smoothness: 0.0,
+            smoothness: 0.1,
             average: 20,
             sigma: (0.2, 0.08),
             sigma_samples: 4e6,
@@ -239,7 +239,12 @@ impl Trainer {
     ) -> Result<Self, TrainError> {
         let broken = |found: String| TrainError::Checkpoint { what: "text", found, expected: "a checkpoint".into() };
         let mut saved: Checkpoint = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
+        let smoothness = saved.options.smoothness;
         change(&mut saved.options);
+        if saved.options.smoothness != smoothness {
+            // The best policy was not learnt for what is asked now.
+            saved.best = None;
+        }
         let differs = |what, found: &dyn core::fmt::Display, expected: &dyn core::fmt::Display| {
             Err(TrainError::Checkpoint { what, found: found.to_string(), expected: expected.to_string() })
         };
@@ -372,7 +377,8 @@ impl Trainer {
             largest_divergence: o.divergence,
             largest_gradient: 1.0,
             sigma,
-            smoothness: o.smoothness,
+            // What cannot be done yet need not be done smoothly.
+            smoothness: o.smoothness * self.starts.ripeness() as f32,
             threads: o.threads,
         };
         let report = self.learner.update(&self.pods, &update, &mut self.random);
