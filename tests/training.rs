@@ -77,6 +77,36 @@ fn a_checkpoint_holds_all_that_was_learnt() {
     assert!(Trainer::resume(task(), &text[..text.len() / 2], |_| ()).err().unwrap().to_string().contains("checkpoint"));
 }
 
+#[test]
+fn a_training_may_go_on_with_other_options() {
+    let text = trained(2, 2).checkpoint();
+    let mut other = Trainer::resume(task(), &text, |options| options.pods = 3).unwrap();
+    assert!(other.best().is_some(), "what was best is still measured for the same aim");
+    let before = other.curve().last().unwrap().samples;
+    let after = other.iterate().samples;
+    assert_eq!(after - before, 3 * 64 * 8, "three pods play");
+    let smoother = Trainer::resume(task(), &text, |options| options.smoothness = 0.5).unwrap();
+    assert!(smoother.best().is_none(), "a policy learnt without smoothness is no measure");
+    let refusal = Trainer::resume(task(), &text, |options| options.smoothness = f32::NAN).err().unwrap().to_string();
+    assert!(refusal.contains("smoothness"), "{refusal}");
+}
+
+#[test]
+fn the_policy_that_is_kept_is_a_mean_of_the_actors() {
+    let run = |average: usize| {
+        let mut trainer = Trainer::new(task(), TrainOptions { average, ..options(1) }).unwrap();
+        for _ in 0..9 {
+            trainer.iterate();
+        }
+        trainer.present().actor
+    };
+    let (last, mean, first) = (run(1), run(1000), trained(1, 0).present().actor);
+    let way = |to: &bevy_athlete::train::nn::Network| -> f32 {
+        to.parameters().iter().zip(first.parameters()).map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt()
+    };
+    assert!(way(&mean) > 0.0 && way(&mean) < way(&last), "{} of {}", way(&mean), way(&last));
+}
+
 struct Network<'a>(&'a Trained);
 
 impl Actor for Network<'_> {

@@ -76,6 +76,9 @@ pub struct Train {
     /// Pods of 64 trials that are played side by side [default: 4]
     #[arg(long)]
     pods: Option<usize>,
+    /// Part of the trials that begin evenly over the motion and its speeds, not where trials fail [default: 0.4]
+    #[arg(long)]
+    even_starts: Option<f64>,
     /// Divergence at which an iteration's update stops [default: 0.06]
     #[arg(long)]
     divergence: Option<f32>,
@@ -130,6 +133,7 @@ impl Train {
         put(self.average, &mut options.average);
         put(self.pods, &mut options.pods);
         put(self.divergence, &mut options.divergence);
+        put(self.even_starts, &mut options.even_starts);
         if let Some(text) = &self.sigma {
             let (first, last) = pair(text, "--sigma")?;
             options.sigma = (first as f32, last as f32);

@@ -3,7 +3,7 @@
 use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
 use crate::control::Policy;
 use crate::math::F32x8;
-use crate::train::ppo::evaluate::evaluate;
+use crate::train::ppo::evaluate::{evaluate, row_seed};
 use crate::train::ppo::quality::motion_quality;
 use crate::train::ppo::task::{SkillTask, TaskError};
 use std::collections::BTreeMap;
@@ -23,8 +23,8 @@ pub fn robustness_card(
 ) -> Result<(RobustnessCard, Vec<String>), TaskError> {
     let tables = task.trials()?;
     let (mut rows, mut shortfalls, mut quality) = (Vec::new(), Vec::new(), BTreeMap::new());
-    for (name, row) in &tables {
-        let found = evaluate::<F32x8, _>(row, policy, trials, seed, threads);
+    for (k, (name, row)) in tables.iter().enumerate() {
+        let found = evaluate::<F32x8, _>(row, policy, trials, row_seed(seed, k), threads);
         rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
         quality.insert(format!("reward_per_step, {name}"), found.reward);
         quality.insert(format!("residual_rad, {name}"), found.residual);

@@ -66,6 +66,11 @@ impl Actor for MeanActor<'_> {
     }
 }
 
+/// Seed of the trials of a row of the table: rows are independent of each other.
+pub(crate) fn row_seed(seed: u64, row: usize) -> u64 {
+    seed.wrapping_add((row as u64) << 32)
+}
+
 /// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; see [`SkillTask::trials`] for
 /// tasks that are judged. Results do not depend on the number of threads.
 pub fn evaluate<R: Real, A: Actor>(

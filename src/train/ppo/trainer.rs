@@ -2,7 +2,7 @@
 
 use crate::math::RandomStream;
 use crate::train::nn::{Activation, Adam, Network};
-use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate};
+use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate, row_seed};
 use crate::train::ppo::learner::{Learner, UpdateOptions};
 use crate::train::ppo::normalizer::Normalizer;
 use crate::train::ppo::rollout::{Lanes, POD_ROWS, Player, Pod};
@@ -446,9 +446,7 @@ impl Trainer {
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
         let mut whole = EvaluationReport::default();
         for (k, row) in self.rows.iter().enumerate() {
-            // Rows are to be independent of each other.
-            let seed = seed.wrapping_add((k as u64) << 32);
-            whole.add(&evaluate::<Lanes, _>(row, &actor, each, seed, self.options.threads));
+            whole.add(&evaluate::<Lanes, _>(row, &actor, each, row_seed(seed, k), self.options.threads));
         }
         (whole.survival(), whole.reward)
     }
