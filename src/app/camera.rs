@@ -1,6 +1,7 @@
 //! The camera: drag to turn, wheel to zoom. It circles the athlete, follows behind it, or goes where it is driven.
 
 use crate::engine::{Athlete, AthleteBody, AthleteGhost};
+use crate::ui::AthletePanels;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll};
 use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};
@@ -83,13 +84,15 @@ const DRIVE: f32 = 5.0;
 /// Athletes that are simulated, and their ghosts.
 type Simulated = (With<Athlete>, With<AthleteBody>);
 
-/// Keeps the athlete in the picture, and a ghost beside it too.
+/// Keeps the athlete in the picture that the panels have selected, or the first; and a ghost beside it too.
 pub(super) fn follow(
     time: Res<Time<Real>>,
+    panels: Option<Res<AthletePanels>>,
     athletes: Query<(&Transform, &AthleteBody, Option<&AthleteGhost>), Simulated>,
     mut cameras: Query<(&mut OrbitCamera, &mut Transform), Without<Athlete>>,
 ) {
-    let athlete = athletes.iter().next();
+    let selected = panels.and_then(|panels| panels.selected).and_then(|entity| athletes.get(entity).ok());
+    let athlete = selected.or_else(|| athletes.iter().next());
     for (mut camera, mut transform) in &mut cameras {
         if let Some((athlete, body, ghost)) = athlete
             && camera.mode != CameraMode::Free

@@ -47,7 +47,7 @@ pub struct Trial {
 struct Lane {
     age: usize,
     limit: usize,
-    /// Part of the range of speeds.
+    /// Part of the range of starting speeds.
     speed: f64,
     reward: f64,
     push_from: usize,
@@ -119,8 +119,15 @@ impl<R: Real> Environment<R> {
             None if begins => 0,
             None => drawn,
         };
-        let speed = episode.speed.map_or(motion.mean_speed(), |(low, high)| low + part * (high - low));
-        let start = episode.start_speed.map_or(speed, |range| draw(random, range));
+        let at_part = |(low, high): Range| low + part * (high - low);
+        // How fast a trial begins is what it fails by, where that is not the commanded speed.
+        let (speed, start) = match (episode.speed, episode.start_speed) {
+            (speed, Some(start)) => (speed.map_or(motion.mean_speed(), |range| draw(random, range)), at_part(start)),
+            (speed, None) => {
+                let speed = speed.map_or(motion.mean_speed(), at_part);
+                (speed, speed)
+            }
+        };
         let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
         let tick = if follows {
             let (other, passage) = &task.before[random.below(task.before.len())];
