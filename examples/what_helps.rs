@@ -1,8 +1,8 @@
 //! Learns one skill several times, each time without one of the things that the learner does, and draws the measured
-//! survival of all of them: `docs/img/what_helps.png`.
+//! survival of all of them.
 //!
 //! ```sh
-//! cargo run --release --no-default-features --features cli --example what_helps -- forward_three_turn 2 docs/img/what_helps.png
+//! cargo run --release --no-default-features --features cli --example what_helps -- two_foot_glide 1 what_helps.png
 //! ```
 //!
 //! Arguments: the skill, minutes for each, the picture. Prints for each the mean of its last five measurements.
@@ -57,8 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{variant:<28} {samples:>6.1} million samples, survival {:>5.1} %", 100.0 * survival);
         curves.push(Curve { name: variant.into(), points });
     }
-    let title = format!("{name}: part of the trials that count, over {MEAN_OF} measurements");
-    let chart = Chart { title, x_label: "million samples".into(), low: 0.0, high: 1.0, curves };
+    let chart = Chart { title: name, x_label: "million samples".into(), low: 0.0, high: 1.0, curves };
     std::fs::write(&out, charts_png(&[chart], 900, 420)?).map_err(|e| format!("{out}: {e}"))?;
     Ok(())
 }
