@@ -14,6 +14,7 @@ use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
 use common::*;
 use counting_allocator::allocations;
 use glam::{DQuat, DVec3};
+
 fn counted<R: Real>(sim: &mut Simulator<R>, world: &World) -> usize {
     let before = allocations();
     step(sim, world);

@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 const QUALITY_TRIALS: usize = 16;
 
 /// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate. The
-/// card, and for each row what the trials that did not count lacked and where in the motion they ended. `command` is what the card says it was made by.
+/// card, and for each row what the trials that did not count lacked and where in the motion they ended. `command` is what
+/// the card says it was made by.
 pub fn robustness_card(
     task: &SkillTask,
     policy: &Policy,
