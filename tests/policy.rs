@@ -8,12 +8,12 @@
 
 mod policy_support;
 
-use bevy_athlete::asset::dense_layers::{Activation, LayersError};
+use bevy_athlete::asset::dense_layers::{Activation, DenseLayers, LayersError};
 use bevy_athlete::asset::policy_contract::{ActionMeaning, CONTRACT_KEY, ContractError, PolicyContract};
 use bevy_athlete::control::{MAX_POLICY_BYTES, Policy, PolicyError};
 use bevy_athlete::math::RandomStream;
 use bevy_athlete::model::preset;
-use bevy_athlete::train::{ExportError, policy_bytes, save_policy};
+use bevy_athlete::train::{ExportError, ImportError, layers_from_bytes, policy_bytes, save_policy};
 use policy_support::{contract_for, edited, forward, network, observations};
 use prost::Message;
 use std::time::Instant;
@@ -131,6 +131,93 @@ fn the_contract_survives_and_the_file_can_be_saved_and_shared() {
     let json = contract.to_json().unwrap();
     assert!(json.contains(ActionMeaning::ReferenceOffset.sentence()));
     assert_eq!(PolicyContract::from_json(&json).unwrap(), contract);
+}
+
+/// Layers whose weights and biases half precision holds exactly.
+fn halved(mut layers: DenseLayers) -> DenseLayers {
+    for layer in &mut layers.layers {
+        for number in layer.weights.iter_mut().chain(&mut layer.bias) {
+            *number = (*number * 512.0).round().clamp(-2047.0, 2047.0) / 512.0;
+        }
+    }
+    layers
+}
+
+#[test]
+fn weights_of_half_precision_take_half_the_file() {
+    let mut random = RandomStream::new(81, 0);
+    let fine = network(&[300, 128, 128, 128, 51], Activation::Tanh, &mut random);
+    let coarse = halved(fine.clone());
+    let contract = contract_for(&coarse, &mut random);
+    let bytes = policy_bytes(&coarse, &contract).unwrap();
+    let policy = Policy::from_bytes(&bytes, "coarse").unwrap();
+    let raw = observations(&contract, 9, &mut random);
+    let mut actions = Vec::new();
+    policy.act(&raw, 9, &mut actions).unwrap();
+    let expected: Vec<f32> = raw.chunks(300).flat_map(|row| forward(&coarse, &contract.normaliser, row)).collect();
+    assert!(difference(&actions, &expected) < 1e-5);
+    let whole = policy_bytes(&fine, &contract_for(&fine, &mut random)).unwrap().len();
+    println!("{} bytes, {whole} in single precision", bytes.len());
+    assert!(bytes.len() < whole * 6 / 10);
+}
+
+#[test]
+fn halves_that_are_not_cast_are_refused() {
+    let mut random = RandomStream::new(82, 0);
+    let layers = halved(network(&[10, 8, 6], Activation::Tanh, &mut random));
+    let contract = contract_for(&layers, &mut random);
+    let model = ModelProto::decode(&*policy_bytes(&layers, &contract).unwrap()).unwrap();
+    let broken = |edit: &dyn Fn(&mut tract_onnx::pb::GraphProto)| {
+        let mut model = model.clone();
+        edit(model.graph.as_mut().unwrap());
+        refusal(&model).to_string()
+    };
+    let cast = model.graph.as_ref().unwrap().node.iter().position(|n| n.op_type == "Cast").unwrap();
+    let edits: [(&str, &dyn Fn(&mut tract_onnx::pb::GraphProto)); 6] = [
+        ("attribute `to`", &|g| g.node[cast].attribute[0].i = 11),
+        ("says no type", &|g| g.node[cast].attribute.clear()),
+        ("do not fit", &|g| g.node[cast].input[0] = "bias_0".into()),
+        ("do not fit", &|g| g.node[cast + 1].input[1] = "half_0".into()),
+        ("half_0", &|g| g.initializer[4].raw_data[..2].copy_from_slice(&0x7c00u16.to_le_bytes())),
+        ("holds 79 numbers", &|g| g.initializer[4].raw_data.truncate(79 * 2)),
+    ];
+    for (word, edit) in edits {
+        let error = broken(edit);
+        assert!(error.contains(word), "{word}: {error}");
+    }
+}
+
+#[test]
+fn layers_are_read_back_as_they_were_written() {
+    let mut random = RandomStream::new(83, 0);
+    for activation in [Activation::Tanh, Activation::Elu] {
+        let fine = network(&[30, 16, 12, 6], activation, &mut random);
+        for layers in [halved(fine.clone()), fine] {
+            let contract = contract_for(&layers, &mut random);
+            let mut model = ModelProto::decode(&*policy_bytes(&layers, &contract).unwrap()).unwrap();
+            let read = layers_from_bytes(&model.encode_to_vec(), "own").unwrap();
+            assert_eq!(read, (layers.clone(), contract.clone()));
+            // Another exporter's: weights in x out.
+            let graph = model.graph.as_mut().unwrap();
+            if let Some(weights) = graph.initializer.iter_mut().find(|t| t.name == "weights_2") {
+                weights.dims = vec![12, 6];
+                let numbers = &layers.layers[2].weights;
+                weights.raw_data = (0..72).flat_map(|k| numbers[k % 6 * 12 + k / 6].to_le_bytes()).collect();
+                graph.node.last_mut().unwrap().attribute.clear();
+                assert_eq!(layers_from_bytes(&model.encode_to_vec(), "other").unwrap().0, layers);
+            }
+        }
+    }
+    // A file that plays but has no such layers.
+    let layers = network(&[10, 6], Activation::Relu, &mut random);
+    let contract = contract_for(&layers, &mut random);
+    let mut model = ModelProto::decode(&*policy_bytes(&layers, &contract).unwrap()).unwrap();
+    let graph = model.graph.as_mut().unwrap();
+    graph.node.last_mut().unwrap().output[0] = "before".into();
+    let (input, output) = (vec!["before".into()], vec!["action".into()]);
+    graph.node.push(NodeProto { op_type: "Identity".into(), input, output, ..Default::default() });
+    let error = layers_from_bytes(&model.encode_to_vec(), "own").unwrap_err();
+    assert!(matches!(&error, ImportError::Layers { node, .. } if node == "action"), "{error}");
 }
 
 /// A small policy whose parts are taken out and replaced.

@@ -4,16 +4,17 @@
 //! The trainings here are a few iterations long: enough for every part to run, not to learn a skill.
 #![cfg(all(feature = "train", feature = "policy"))]
 
+use bevy_athlete::asset::dense_layers::DenseLayers;
 use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::{Heading, TrackedMotion, Tracker, TrackerOptions};
 use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use bevy_athlete::skill::{EpisodeOptions, SkillDefinition, SkillPlayer, TrainedSkill};
-use bevy_athlete::train::policy_bytes;
 use bevy_athlete::train::ppo::{
     Actor, Environment, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate, trained_policy,
 };
+use bevy_athlete::train::{layers_from_bytes, policy_bytes};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -89,6 +90,30 @@ fn a_training_may_go_on_with_other_options() {
     assert!(smoother.best().is_none(), "a policy learnt without smoothness is no measure");
     let refusal = Trainer::resume(task(), &text, |options| options.smoothness = f32::NAN).err().unwrap().to_string();
     assert!(refusal.contains("smoothness"), "{refusal}");
+}
+
+#[test]
+fn a_training_may_begin_with_a_policy() {
+    let (layers, contract) = trained_policy(&task(), &trained(2, 4).present(), "stroking.clip.ron");
+    let (layers, contract) = layers_from_bytes(&policy_bytes(&layers, &contract).unwrap(), "before").unwrap();
+    let mut trainer = Trainer::from_policy(task(), options(2), &layers, &contract).unwrap();
+    let same = |trainer: &Trainer| DenseLayers::from(&trainer.present().actor) == layers;
+    assert!(same(&trainer));
+    let (first, learnt) = (trainer.iterate(), (0..9).map(|_| trainer.iterate()).last().unwrap());
+    assert!(same(&trainer), "the critic learns alone at first");
+    assert!(learnt.critic_loss < first.critic_loss, "{} {}", first.critic_loss, learnt.critic_loss);
+    assert!(trainer.best().unwrap().evaluation.1 > 0.0, "the policy itself has been measured");
+    trainer.iterate();
+    assert!(!same(&trainer), "then the actor learns too");
+
+    let mut other = contract.clone();
+    other.action.scale *= 2.0;
+    let error = Trainer::from_policy(task(), options(2), &layers, &other).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("scale of the action"), "{error}");
+    other = contract;
+    other.observation[0].size -= 1;
+    let error = Trainer::from_policy(task(), options(2), &layers, &other).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("observation"), "{error}");
 }
 
 #[test]

@@ -30,6 +30,10 @@ pub use policy::{GOLDEN_TOLERANCE, Policy};
 pub use policy_error::PolicyError;
 #[cfg(feature = "policy")]
 pub use policy_file::MAX_POLICY_BYTES;
+#[cfg(all(feature = "policy", feature = "train"))]
+pub(crate) use policy_file::decode;
 #[cfg(feature = "policy")]
 pub use policy_graph::OPERATORS;
+#[cfg(all(feature = "policy", feature = "train"))]
+pub(crate) use policy_graph::{check_and_clean, tensor_values};
 pub use reference::{Reference, ReferenceTick, TrackingError, tracking_error};

@@ -26,7 +26,7 @@ fn check_length(bytes: u64, file: &str) -> Result<(), PolicyError> {
 }
 
 /// The model in the bytes and its contract; `file` is for messages.
-pub(super) fn decode(bytes: &[u8], file: &str) -> Result<(ModelProto, PolicyContract), PolicyError> {
+pub(crate) fn decode(bytes: &[u8], file: &str) -> Result<(ModelProto, PolicyContract), PolicyError> {
     check_length(bytes.len() as u64, file)?;
     check_fields(bytes).map_err(|fault| match fault {
         Fault::Foreign(at) => PolicyError::NotOnnx {

@@ -2,8 +2,8 @@
 //!
 //! A file may come from anywhere. So that nothing in it can make the inference library panic, allocate without bound or
 //! read other files, only graphs of a small language pass: one input `observation`, one output `action`, both rows of
-//! f32; the operators of [`OPERATORS`]; weights inside the file, finite; every name defined once, before its use;
-//! shapes that fit. What passes is cleaned of everything that inference does not need.
+//! f32; the operators of [`OPERATORS`]; weights inside the file, finite, of f32 or of f16 that is cast to it; every name
+//! defined once, before its use; shapes that fit. What passes is cleaned of everything that inference does not need.
 
 use std::collections::HashMap;
 use tract_onnx::pb::tensor_proto::DataType;
@@ -11,8 +11,9 @@ use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorPr
 use tract_onnx::pb::{attribute_proto::AttributeType, type_proto};
 
 /// Operators that a policy may use.
-pub const OPERATORS: [&str; 18] = [
+pub const OPERATORS: [&str; 19] = [
     "Add",
+    "Cast",
     "Clip",
     "Constant",
     "Div",
@@ -46,7 +47,7 @@ const MAX_WORK: usize = 1 << 24;
 
 /// What is wrong with a graph.
 #[derive(Debug)]
-pub(super) enum GraphFault {
+pub(crate) enum GraphFault {
     /// Something is not in the language, or does not fit.
     Place { place: String, reason: String },
     /// A weight is not finite.
@@ -64,6 +65,8 @@ enum Shape {
     Rows(usize),
     /// A constant with these dimensions.
     Constant(Vec<usize>),
+    /// A constant of f16: it has to be cast before its use.
+    Half(Vec<usize>),
 }
 
 impl Shape {
@@ -71,19 +74,19 @@ impl Shape {
     fn count(&self) -> usize {
         match self {
             Self::Rows(width) => *width,
-            Self::Constant(dims) => dims.iter().product(),
+            Self::Constant(dims) | Self::Half(dims) => dims.iter().product(),
         }
     }
 }
 
 /// Numbers in an observation and in an action.
-pub(super) struct Widths {
+pub(crate) struct Widths {
     pub observation: usize,
     pub action: usize,
 }
 
 /// Checks the model and removes what inference does not need.
-pub(super) fn check_and_clean(model: &mut ModelProto) -> Result<Widths, GraphFault> {
+pub(crate) fn check_and_clean(model: &mut ModelProto) -> Result<Widths, GraphFault> {
     let opset = model.opset_import.iter().find(|o| o.domain.is_empty() || o.domain == "ai.onnx").map(|o| o.version);
     match opset {
         Some(version) if version >= OLDEST_OPSET => {}
@@ -128,8 +131,8 @@ fn check_graph(graph: &GraphProto) -> Result<Widths, GraphFault> {
     let mut values: HashMap<&str, Shape> = HashMap::new();
     values.insert(INPUT, Shape::Rows(observation));
     for tensor in &graph.initializer {
-        let dims = check_tensor(tensor, &tensor.name)?;
-        define(&mut values, &tensor.name, Shape::Constant(dims))?;
+        let shape = check_tensor(tensor, &tensor.name)?;
+        define(&mut values, &tensor.name, shape)?;
     }
     let mut work = 0usize;
     for node in &graph.node {
@@ -143,7 +146,9 @@ fn check_graph(graph: &GraphProto) -> Result<Widths, GraphFault> {
     }
     match values.get(OUTPUT) {
         Some(Shape::Rows(action)) => Ok(Widths { observation, action: *action }),
-        Some(Shape::Constant(_)) => fault(format!("output `{OUTPUT}`"), "does not depend on the observation"),
+        Some(Shape::Constant(_) | Shape::Half(_)) => {
+            fault(format!("output `{OUTPUT}`"), "does not depend on the observation")
+        }
         None => fault(format!("output `{OUTPUT}`"), "is given by no node"),
     }
 }
@@ -175,11 +180,13 @@ fn row_width(value: &ValueInfoProto) -> Result<usize, GraphFault> {
     }
 }
 
-/// Dimensions of a tensor inside the file: f32, finite, as many numbers as its dimensions say.
-fn check_tensor(tensor: &TensorProto, name: &str) -> Result<Vec<usize>, GraphFault> {
+/// Shape of a tensor inside the file: f32 or f16, finite, as many numbers as its dimensions say.
+fn check_tensor(tensor: &TensorProto, name: &str) -> Result<Shape, GraphFault> {
     let place = || format!("tensor `{name}`");
-    if tensor.data_type != DataType::Float as i32 {
-        return fault(place(), format!("has type {}; valid: {} (f32)", tensor.data_type, DataType::Float as i32));
+    let (single, half) = (DataType::Float as i32, DataType::Float16 as i32);
+    if ![single, half].contains(&tensor.data_type) {
+        let reason = format!("has type {}; valid: {single} (f32) or {half} (f16)", tensor.data_type);
+        return fault(place(), reason);
     }
     if tensor.data_location.is_some_and(|l| l != 0) || !tensor.external_data.is_empty() || tensor.segment.is_some() {
         return fault(place(), "lies outside the file or in pieces; valid: inside the file, whole");
@@ -189,16 +196,31 @@ fn check_tensor(tensor: &TensorProto, name: &str) -> Result<Vec<usize>, GraphFau
     }
     let count = tensor.dims.iter().try_fold(1i64, |n, d| n.checked_mul(*d)).unwrap_or(i64::MAX);
     let raw = &tensor.raw_data;
-    let found = if raw.is_empty() { tensor.float_data.len() } else { raw.len() / 4 };
-    if found as i64 != count || !raw.len().is_multiple_of(4) || (!raw.is_empty() && !tensor.float_data.is_empty()) {
+    let bytes = if tensor.data_type == half { 2 } else { 4 };
+    let listed = &tensor.float_data;
+    let found = if raw.is_empty() { listed.len() } else { raw.len() / bytes };
+    if found as i64 != count || !raw.len().is_multiple_of(bytes) || (!raw.is_empty() && !listed.is_empty()) {
         return fault(place(), format!("holds {found} numbers; valid: {count}, as its dimensions say"));
     }
-    let bytes = raw.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let bad = bytes.chain(tensor.float_data.iter().copied()).enumerate().find(|(_, v)| !v.is_finite());
-    if let Some((index, value)) = bad {
+    if tensor.data_type == half && raw.is_empty() {
+        return fault(place(), "of f16 is written as a list; valid: as raw data");
+    }
+    if let Some((index, value)) = tensor_values(tensor).enumerate().find(|(_, v)| !v.is_finite()) {
         return Err(GraphFault::NotFinite { tensor: name.to_owned(), index, value });
     }
-    Ok(tensor.dims.iter().map(|d| *d as usize).collect())
+    let dims = tensor.dims.iter().map(|d| *d as usize).collect();
+    Ok(if tensor.data_type == half { Shape::Half(dims) } else { Shape::Constant(dims) })
+}
+
+/// The numbers of a tensor of f32, or of f16 in raw data.
+pub(crate) fn tensor_values(tensor: &TensorProto) -> impl Iterator<Item = f32> {
+    let half = tensor.data_type == DataType::Float16 as i32;
+    let raw = tensor.raw_data.chunks_exact(if half { 2 } else { 4 }).map(|b| match *b {
+        [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
+        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
+        _ => f32::NAN,
+    });
+    raw.chain(tensor.float_data.iter().copied())
 }
 
 /// Shape of a node's only output.
@@ -215,6 +237,9 @@ fn node_shape(node: &NodeProto, values: &HashMap<&str, Shape>) -> Result<Shape, 
         return constant_shape(node, place());
     }
     check_attributes(node, place())?;
+    if op == "Cast" && !node.attribute.iter().any(|a| a.name == "to") {
+        return fault(place(), "says no type; valid: the attribute `to` of 1 (f32)");
+    }
     let (least, most) = match op {
         "Clip" => (1, 3),
         "Gemm" => (2, 3),
@@ -238,7 +263,7 @@ fn node_shape(node: &NodeProto, values: &HashMap<&str, Shape>) -> Result<Shape, 
         ("Clip", [Some(Shape::Rows(width)), bounds @ ..]) => {
             let single = |s: &Option<&Shape>| match s {
                 Some(Shape::Constant(dims)) => dims.is_empty() || dims == &[1],
-                Some(Shape::Rows(_)) => false,
+                Some(Shape::Rows(_) | Shape::Half(_)) => false,
                 None => true,
             };
             if bounds.iter().all(single) { Ok(Shape::Rows(*width)) } else { unfit() }
@@ -256,12 +281,14 @@ fn node_shape(node: &NodeProto, values: &HashMap<&str, Shape>) -> Result<Shape, 
             };
             let fits = |s: &Option<&Shape>| match s {
                 Some(Shape::Constant(dims)) => fits_row(dims, to),
-                Some(Shape::Rows(_)) => false,
+                Some(Shape::Rows(_) | Shape::Half(_)) => false,
                 None => true,
             };
             if bias.iter().all(fits) { Ok(Shape::Rows(to)) } else { unfit() }
         }
-        ("MatMul" | "Gemm" | "Clip", _) => unfit(),
+        // Weights may be kept in half precision; nothing else changes its type.
+        ("Cast", [Some(Shape::Half(dims))]) => Ok(Shape::Constant(dims.clone())),
+        ("MatMul" | "Gemm" | "Clip" | "Cast", _) => unfit(),
         ("Identity", [Some(shape)]) => Ok((*shape).clone()),
         // Element by element from here on.
         (_, [Some(Shape::Rows(width))]) => Ok(Shape::Rows(*width)),
@@ -290,13 +317,13 @@ fn constant_shape(node: &NodeProto, place: String) -> Result<Shape, GraphFault> 
         ([], [AttributeProto { name, t: Some(tensor), r#type, ref_attr_name, .. }])
             if name == "value" && *r#type == AttributeType::Tensor as i32 && ref_attr_name.is_empty() =>
         {
-            Ok(Shape::Constant(check_tensor(tensor, &node.output[0])?))
+            check_tensor(tensor, &node.output[0])
         }
         _ => fault(place, "holds something else than one tensor; valid: the attribute `value`"),
     }
 }
 
-/// Attributes that the operators may have: finite factors, and whether weights are transposed.
+/// Attributes that the operators may have: finite factors, whether weights are transposed, and f32 as the type of a cast.
 fn check_attributes(node: &NodeProto, place: String) -> Result<(), GraphFault> {
     for attribute in &node.attribute {
         let AttributeProto { name, f, i, r#type, ref_attr_name, .. } = attribute;
@@ -305,7 +332,8 @@ fn check_attributes(node: &NodeProto, place: String) -> Result<(), GraphFault> {
         let good = match (node.op_type.as_str(), name.as_str()) {
             ("Gemm" | "Elu" | "LeakyRelu" | "Selu", "alpha") | ("Gemm", "beta") | ("Selu", "gamma") => number,
             ("Gemm", "transA") => flag(0),
-            ("Gemm", "transB") => flag(1),
+            ("Gemm", "transB") | ("Cast", "saturate") => flag(1),
+            ("Cast", "to") => *r#type == AttributeType::Int as i32 && *i == DataType::Float as i64,
             _ => false,
         };
         let twice = node.attribute.iter().filter(|a| a.name == *name).count() > 1;

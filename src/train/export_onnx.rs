@@ -1,7 +1,8 @@
 //! Writing a trained network as a policy file. Features `train` and `policy`.
 //!
 //! The graph is Sub, Mul, Clip (the normaliser), then one Gemm for each layer with the activation between them:
-//! operator set 17, which every ONNX runtime of the last years knows. The batch is a free dimension.
+//! operator set 17, which every ONNX runtime of the last years knows. The batch is a free dimension. Weights that f16 holds
+//! exactly are written as f16, with a Cast to f32 behind: half the file for the same numbers.
 
 use crate::asset::dense_layers::{Activation, DenseLayers, LayersError};
 use crate::asset::policy_contract::{CONTRACT_KEY, ContractError, PolicyContract};
@@ -119,17 +120,22 @@ fn graph(layers: &DenseLayers, contract: &PolicyContract) -> GraphProto {
     let mut value = "normalised".to_owned();
     for (k, (layer, widths)) in layers.layers.iter().zip(layers.sizes.windows(2)).enumerate() {
         let (weights, bias) = (format!("weights_{k}"), format!("bias_{k}"));
-        initializer.push(tensor(&weights, &[widths[1], widths[0]], &layer.weights));
+        let dims = [widths[1], widths[0]];
+        match as_half(&layer.weights) {
+            Some(raw) => {
+                let half = format!("half_{k}");
+                initializer.push(raw_tensor(&half, &dims, DataType::Float16, raw));
+                let mut cast = node("Cast", &[&half], &weights);
+                cast.attribute.push(integer("to", DataType::Float as i64));
+                nodes.push(cast);
+            }
+            None => initializer.push(tensor(&weights, &dims, &layer.weights)),
+        }
         initializer.push(tensor(&bias, &[widths[1]], &layer.bias));
         let last = k + 1 == layers.layers.len();
         let sum = if last { "action".to_owned() } else { format!("sum_{k}") };
         let mut gemm = node("Gemm", &[&value, &weights, &bias], &sum);
-        gemm.attribute.push(AttributeProto {
-            name: "transB".into(),
-            r#type: AttributeType::Int as i32,
-            i: 1,
-            ..AttributeProto::default()
-        });
+        gemm.attribute.push(integer("transB", 1));
         nodes.push(gemm);
         if !last {
             value = format!("hidden_{k}");
@@ -156,14 +162,30 @@ fn node(op: &str, inputs: &[&str], output: &str) -> NodeProto {
     }
 }
 
+fn integer(name: &str, value: i64) -> AttributeProto {
+    AttributeProto { name: name.into(), r#type: AttributeType::Int as i32, i: value, ..AttributeProto::default() }
+}
+
 fn tensor(name: &str, dims: &[usize], values: &[f32]) -> TensorProto {
-    TensorProto {
-        name: name.into(),
-        dims: dims.iter().map(|d| *d as i64).collect(),
-        data_type: DataType::Float as i32,
-        raw_data: values.iter().flat_map(|v| v.to_le_bytes()).collect(),
-        ..TensorProto::default()
+    raw_tensor(name, dims, DataType::Float, values.iter().flat_map(|v| v.to_le_bytes()).collect())
+}
+
+fn raw_tensor(name: &str, dims: &[usize], kind: DataType, raw_data: Vec<u8>) -> TensorProto {
+    let dims = dims.iter().map(|d| *d as i64).collect();
+    TensorProto { name: name.into(), dims, data_type: kind as i32, raw_data, ..TensorProto::default() }
+}
+
+/// The bytes of the numbers in half precision, where it holds every one of them exactly.
+fn as_half(values: &[f32]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(2 * values.len());
+    for value in values {
+        let half = half::f16::from_f32(*value);
+        if half.to_f32().to_bits() != value.to_bits() {
+            return None;
+        }
+        bytes.extend(half.to_le_bytes());
     }
+    Some(bytes)
 }
 
 /// A value of f32 and shape \[batch, width\].

@@ -8,6 +8,8 @@ pub fn default_threads() -> usize {
 pub mod cma_es;
 #[cfg(feature = "policy")]
 mod export_onnx;
+#[cfg(feature = "policy")]
+mod import_onnx;
 pub mod nn;
 pub mod objectives;
 pub mod optimize;
@@ -19,5 +21,7 @@ mod symmetric_eigen;
 
 #[cfg(feature = "policy")]
 pub use export_onnx::{ExportError, policy_bytes, save_policy};
+#[cfg(feature = "policy")]
+pub use import_onnx::{ImportError, layers_from_bytes, load_layers};
 pub use samcon::{Progress, Reconstruction, ReconstructionReport, reconstruct};
 pub use samcon_options::{ReconstructError, ReconstructOptions, STIFF_GAINS, Tolerance};

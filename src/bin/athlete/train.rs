@@ -6,7 +6,7 @@ use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, curve_csv, trained_policy};
-use bevy_athlete::train::save_policy;
+use bevy_athlete::train::{load_layers, save_policy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -89,6 +89,9 @@ pub struct Train {
     /// others are given
     #[arg(long)]
     resume: bool,
+    /// Begin with this policy file, of this skill or another, instead of from nothing; its layers and normaliser stay
+    #[arg(long, value_name = "POLICY", conflicts_with_all = ["resume", "hidden"])]
+    from: Option<PathBuf>,
 }
 
 fn pair(text: &str, option: &str) -> Result<(f64, f64), String> {
@@ -167,6 +170,14 @@ impl Train {
             let trainer = Trainer::resume(task, &text, |options| asked = self.change(options))?;
             asked?;
             trainer
+        } else if let Some(policy) = &self.from {
+            let (layers, contract) = load_layers(policy)?;
+            let mut options = self.options()?;
+            if self.sigma.is_none() {
+                // It has been explored before.
+                options.sigma.0 = options.sigma.1;
+            }
+            Trainer::from_policy(task, options, &layers, &contract)?
         } else {
             Trainer::new(task, self.options()?)?
         };

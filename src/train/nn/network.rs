@@ -10,6 +10,7 @@ use super::activations::Activations;
 use super::bits;
 use super::init::orthogonal;
 use super::product::{Activate, Differentiate, add_column_sums, add_outer_product, product};
+use crate::asset::dense_layers::DenseLayers;
 use crate::math::RandomStream;
 
 /// Dense layers with an activation between them and none after the last.
@@ -54,6 +55,12 @@ pub enum NetworkError {
         /// Parameters that the sizes ask for.
         expected: usize,
     },
+    /// The function between layers is none that can be trained.
+    #[error("network: its activation is {found}; valid: Tanh, Elu")]
+    Activation {
+        /// What it is.
+        found: &'static str,
+    },
 }
 
 /// A network as it is stored.
@@ -63,6 +70,21 @@ struct Stored {
     activation: Activation,
     #[serde(deserialize_with = "bits::deserialize")]
     parameters: Vec<f32>,
+}
+
+impl TryFrom<&DenseLayers> for Network {
+    type Error = NetworkError;
+
+    fn try_from(layers: &DenseLayers) -> Result<Self, NetworkError> {
+        use crate::asset::dense_layers::Activation as Layers;
+        let activation = match layers.activation {
+            Layers::Tanh => Activation::Tanh,
+            Layers::Elu => Activation::Elu,
+            Layers::Relu => return Err(NetworkError::Activation { found: "Relu" }),
+        };
+        let parameters = layers.layers.iter().flat_map(|l| l.weights.iter().chain(&l.bias)).copied().collect();
+        Stored { sizes: layers.sizes.clone(), activation, parameters }.try_into()
+    }
 }
 
 impl TryFrom<Stored> for Network {

@@ -32,6 +32,11 @@ impl Normalizer {
         }
     }
 
+    /// One that is known already and stays.
+    pub(crate) fn fixed(shift: Vec<f32>, scale: Vec<f32>, clip: f32) -> Self {
+        Self { shift, scale, clip, ..Self::new(0) }
+    }
+
     /// Counts rows in (rows x size).
     pub fn update(&mut self, rows: &[f32]) {
         let size = self.mean.len();

@@ -1,5 +1,7 @@
 //! The loop: play, learn, measure, keep the best.
 
+use crate::asset::dense_layers::DenseLayers;
+use crate::asset::policy_contract::{ObservationBlock, PolicyContract};
 use crate::math::RandomStream;
 use crate::train::nn::{Activation, Adam, Network};
 use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate, row_seed};
@@ -11,6 +13,9 @@ use crate::train::ppo::task::{SkillTask, TaskError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Iterations in which only the critic learns where the actor was there before: some hundred updates.
+const CRITIC_FIRST: usize = 10;
 
 /// How to learn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,6 +59,9 @@ pub struct TrainOptions {
     /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
     /// of where, and at the speeds at which, trials fail.
     pub even_starts: f64,
+    /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
+    #[serde(default)]
+    pub critic_first: usize,
     /// Trials of a measurement.
     pub evaluation_trials: usize,
     /// Iterations between measurements.
@@ -81,6 +89,7 @@ impl Default for TrainOptions {
             sigma_samples: 4e6,
             normalizer_iterations: 60,
             even_starts: 0.4,
+            critic_first: 0,
             evaluation_trials: 128,
             evaluate_every: 20,
         }
@@ -103,6 +112,16 @@ pub enum TrainError {
         found: String,
         /// What would be valid.
         valid: &'static str,
+    },
+    /// A policy to begin with does not fit this task.
+    #[error("policy to begin with: {what} is {found}; valid: {expected}")]
+    Start {
+        /// What differs.
+        what: &'static str,
+        /// In the policy.
+        found: String,
+        /// In the task.
+        expected: String,
     },
     /// A checkpoint does not belong to this task.
     #[error("checkpoint: {what} is {found}; the task has {expected}")]
@@ -226,6 +245,52 @@ impl Trainer {
             task,
             options,
         };
+        trainer.open_pods(0);
+        Ok(trainer)
+    }
+
+    /// Begins with a policy that was there before, of this skill or of another (see
+    /// [`load_layers`](crate::train::load_layers)). Its normaliser stays; its layers replace [`TrainOptions::hidden`];
+    /// the critic learns alone for a while. It is the best policy until a better
+    /// one is measured.
+    pub fn from_policy(
+        task: SkillTask,
+        mut options: TrainOptions,
+        layers: &DenseLayers,
+        contract: &PolicyContract,
+    ) -> Result<Self, TrainError> {
+        let differs = |what, found: String, expected: String| Err(TrainError::Start { what, found, expected });
+        let blocks = |blocks: &[ObservationBlock]| -> String {
+            blocks.iter().map(|b| format!("{} ({})", b.name, b.size)).collect::<Vec<_>>().join(", ")
+        };
+        if blocks(&contract.observation) != blocks(&task.layout.blocks) {
+            return differs("observation", blocks(&contract.observation), blocks(&task.layout.blocks));
+        }
+        if contract.character != task.model.name {
+            return differs("character", contract.character.clone(), task.model.name.clone());
+        }
+        if contract.action.scale != task.skill.action_scale {
+            let expected = task.skill.action_scale.to_string();
+            return differs("scale of the action", contract.action.scale.to_string(), expected);
+        }
+        let ends = (task.layout.size(), task.action_size());
+        if (layers.inputs(), layers.outputs()) != ends {
+            return differs("network", format!("{:?}", layers.sizes), format!("{} to {} numbers", ends.0, ends.1));
+        }
+        let actor = match Network::try_from(layers) {
+            Ok(actor) => actor,
+            Err(e) => return differs("network", e.to_string(), "layers that can be trained".into()),
+        };
+        options.hidden = layers.sizes[1..layers.sizes.len() - 1].to_vec();
+        options.normalizer_iterations = 0;
+        options.critic_first = CRITIC_FIRST;
+        let mut trainer = Self::new(task, options)?;
+        let known = &contract.normaliser;
+        trainer.normalizer = Normalizer::fixed(known.mean.clone(), known.scale.clone(), known.clip);
+        trainer.mean = actor.clone();
+        trainer.learner.replace_actor(actor);
+        trainer.best = Some(trainer.present());
+        trainer.best_from_before = true;
         trainer.open_pods(0);
         Ok(trainer)
     }
@@ -367,12 +432,13 @@ impl Trainer {
 
         // Learn.
         let learning = Instant::now();
+        let critic_only = self.curve.len() < o.critic_first;
         let update = UpdateOptions {
             minibatch: o.minibatch,
             epochs: o.epochs,
             clip: o.clip,
             // The first updates are small: Adam's second moments are not known yet.
-            rate: self.rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0),
+            rate: if critic_only { 0.0 } else { self.rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0) },
             critic_rate: 1e-3,
             largest_divergence: o.divergence,
             largest_gradient: 1.0,
@@ -382,7 +448,9 @@ impl Trainer {
             threads: o.threads,
         };
         let report = self.learner.update(&self.pods, &update, &mut self.random);
-        if report.divergence > o.divergence {
+        if critic_only {
+            // Nothing was learnt about the rate.
+        } else if report.divergence > o.divergence {
             self.rate = (self.rate / 1.2).max(2e-5);
         } else if report.divergence < 0.5 * o.divergence {
             self.rate = (self.rate * 1.1).min(1e-3);
