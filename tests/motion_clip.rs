@@ -33,6 +33,19 @@ fn a_saved_clip_comes_back_bit_for_bit() {
 }
 
 #[test]
+fn a_rounded_clip_is_shorter_and_the_same_to_a_microradian() {
+    let clip = wild_clip(&mut RandomStream::new(1, 3), 20);
+    let text = clip.clone().rounded().to_ron().unwrap();
+    assert!(text.len() < clip.to_ron().unwrap().len() * 6 / 10);
+    let read = MotionClip::from_ron(&text).unwrap();
+    for (a, b) in clip.poses.iter().zip(&read.poses) {
+        assert!(a.root_position.distance(b.root_position) < 1e-6);
+        assert!(a.joints.iter().zip(&b.joints).all(|(a, b)| angle(*a, *b) < 3e-6));
+    }
+    assert_eq!(MotionClip::from_ron(&read.clone().rounded().to_ron().unwrap()).unwrap().rounded(), read.rounded());
+}
+
+#[test]
 fn invalid_clips_are_refused_by_place() {
     let good = wild_clip(&mut RandomStream::new(1, 2), 3);
     type Spoil = fn(&mut MotionClip);

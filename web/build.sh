@@ -67,6 +67,8 @@ sed "s/^const WASM_BYTES = 0;$/const WASM_BYTES = ${bytes// /};/" web/load.js >$
 grep -q "^const WASM_BYTES = ${bytes// /};$" $dist/load.js
 mkdir $dist/assets
 cp -r assets/characters assets/skills $dist/assets/
+# The program holds the stroking control; nothing on the page performs the two-foot glide.
+rm -r $dist/assets/skills/skating/two_foot_glide $dist/assets/skills/skating/stroking/stroking.control.ron
 
 if [[ -z $quick ]]; then
     stage "compressing"

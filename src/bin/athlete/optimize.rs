@@ -116,7 +116,7 @@ impl Optimize {
         let taken = begin.elapsed().as_secs_f64();
         let (clip, report, frames) = replay(&model, world, &plan.name, &result.control)?;
         let outcome = Replayed { report, tracking: track(&model, world, &clip)? };
-        clip.save(place("clip.ron"))?;
+        clip.rounded().save(place("clip.ron"))?;
         result.control.save(place("control.ron"))?;
         let storyboard = place("storyboard.png");
         let title = format!("{}, {} optimised", model.name, plan.name);

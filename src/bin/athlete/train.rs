@@ -265,7 +265,7 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
     let motion = format!("{}.clip.ron", trainer.task().skill.name);
     let clip = out.join(&motion);
     if !clip.is_file() {
-        trainer.task().clip.save(&clip)?;
+        trainer.task().clip.clone().rounded().save(&clip)?;
     }
     let (layers, contract) = trained_policy(trainer.task(), &best, &motion);
     save_policy(out.join("policy.onnx"), &layers, &contract)?;
