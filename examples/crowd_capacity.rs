@@ -1,6 +1,6 @@
 //! How many skaters the machine holds: headless, all figures on one thread of the compute pool.
 //!
-//! Nothing to press. Look at the microseconds a skater takes for a tick, alone and in lanes of four, at how many skaters
+//! Nothing to press. Look at the microseconds a skater takes for a tick, alone, in lanes of four (f64) and of eight (f32), at how many skaters
 //! with their policies that makes in real time, at the cost of a frame with one skater, and at the price of a snapshot.
 //! Least times are those that nothing else on the machine disturbed; medians are what it was like.
 //!
@@ -64,13 +64,22 @@ fn crowd(count: usize) {
     for entity in app.world_mut().query_filtered::<Entity, With<Athlete>>().iter(app.world()).collect::<Vec<_>>() {
         app.world_mut().entity_mut(entity).insert(AthleteLod { full: -1.0, reduced: f32::MAX });
     }
-    let mut times = [Vec::new(), Vec::new(), Vec::new()];
-    for block in 0..3 * BLOCKS {
-        let (kind, mut viewer) = (block % 3, None);
-        app.insert_resource(AthleteLanes(kind > 0));
-        if kind == 2 {
-            viewer = Some(app.world_mut().spawn(AthleteViewer).id());
+    let kinds = [
+        ("each alone", false, AthletePrecision::Double, false),
+        ("in lanes of four", true, AthletePrecision::Double, false),
+        ("... at half rate", true, AthletePrecision::Double, true),
+        ("in lanes of eight", true, AthletePrecision::Single, false),
+        ("... at half rate", true, AthletePrecision::Single, true),
+    ];
+    let mut times = kinds.map(|_| Vec::new());
+    for block in 0..kinds.len() * BLOCKS {
+        let kind = block % kinds.len();
+        let (_, lanes, precision, far) = kinds[kind];
+        app.insert_resource(AthleteLanes(lanes));
+        for mut settings in app.world_mut().query::<&mut AthleteSettings>().iter_mut(app.world_mut()) {
+            settings.precision = precision;
         }
+        let viewer = far.then(|| app.world_mut().spawn(AthleteViewer).id());
         // A change of rate waits for the right step.
         (0..8).for_each(|_| app.update());
         for _ in 0..BLOCK {
@@ -82,12 +91,12 @@ fn crowd(count: usize) {
         viewer.map(|viewer| app.world_mut().despawn(viewer));
     }
     println!("{count} skaters with their policies, 1200 steps per second, 64 ticks per second, one thread:");
-    for (name, mut times) in ["each alone", "in lanes of four", "at half rate"].into_iter().zip(times) {
+    for ((name, ..), mut times) in kinds.into_iter().zip(times) {
         let (least, median) = least_and_median(&mut times);
         let per = |time: f64| time / count as f64;
         let held = |time: f64| 15_625.0 / per(time);
         println!(
-            "  {name:16}  {:6.1} us a skater and tick ({:.1} median): {:.0} skaters in real time ({:.0})",
+            "  {name:17}  {:6.1} us a skater and tick ({:.1} median): {:.0} skaters in real time ({:.0})",
             per(least),
             per(median),
             held(least),

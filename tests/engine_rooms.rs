@@ -183,13 +183,14 @@ fn the_figures_of_a_tick_are_in_the_store() {
 }
 
 /// Skaters who do different things: a mixed crowd. They come one after the other, so their clocks differ.
-fn mixed(app: &mut App, count: usize) -> Vec<Entity> {
+fn mixed(app: &mut App, count: usize, precision: fn(usize) -> AthletePrecision) -> Vec<Entity> {
     let file = skater_file(app);
     let skills = ["stroking", "forward_crossover"].map(|name| add(app, shipped_skill(name)));
     let control = add(app, ControlAsset { control: Arc::new(glide(0.4)) });
     (0..count)
         .map(|k| {
-            let athlete = app.world_mut().spawn((Athlete(file.clone()), place(k))).id();
+            let settings = AthleteSettings { precision: precision(k), ..default() };
+            let athlete = app.world_mut().spawn((Athlete(file.clone()), settings, place(k))).id();
             let mut entity = app.world_mut().entity_mut(athlete);
             match k % 4 {
                 0 | 1 => entity.insert(SkillController::new(skills[k % 2].clone())),
@@ -207,32 +208,62 @@ fn mixed(app: &mut App, count: usize) -> Vec<Entity> {
         .collect()
 }
 
+const PRECISIONS: [fn(usize) -> AthletePrecision; 3] =
+    [|_| AthletePrecision::Double, |_| AthletePrecision::Single, |k| PRECISIONS[k / 2 % 2](k)];
+
 /// Snapshots of a mixed crowd after a second.
-fn crowd_bytes(count: usize, lanes: bool) -> Vec<Vec<u8>> {
+fn crowd_bytes(count: usize, lanes: bool, precision: fn(usize) -> AthletePrecision) -> Vec<Vec<u8>> {
     let mut app = app();
     app.insert_resource(AthleteLanes(lanes));
-    let crowd = mixed(&mut app, count);
+    let crowd = mixed(&mut app, count, precision);
     run_ticks(&mut app, 64);
     crowd.iter().map(|e| body(&app, *e).snapshot().to_bytes()).collect()
 }
 
 #[test]
 fn lanes_and_grouping_do_not_show() {
-    let alone = crowd_bytes(11, false);
-    let together = crowd_bytes(11, true);
-    for (k, (a, b)) in alone.iter().zip(&together).enumerate() {
-        assert!(a == b, "skater {k} in a lane moves otherwise than alone");
-    }
-    // Fewer neighbours, other groups.
-    for count in [1, 2, 6, 10] {
-        let fewer = crowd_bytes(count, true);
-        // Those who came before the first tick of the last one have lived as long.
-        let ticks = |count: usize| count.div_ceil(3);
-        let some = (0..count).filter(|_| ticks(count) == ticks(11));
-        for k in some {
-            assert!(fewer[k] == alone[k], "skater {k} among {count} moves otherwise");
+    for precision in PRECISIONS {
+        let alone = crowd_bytes(11, false, precision);
+        let together = crowd_bytes(11, true, precision);
+        for (k, (a, b)) in alone.iter().zip(&together).enumerate() {
+            assert!(a == b, "skater {k} in a lane moves otherwise than alone");
         }
-        assert_eq!(fewer, crowd_bytes(count, false), "{count} skaters");
+        // Fewer neighbours, other groups.
+        for count in [1, 2, 6, 10] {
+            let fewer = crowd_bytes(count, true, precision);
+            // Those who came before the first tick of the last one have lived as long.
+            let ticks = |count: usize| count.div_ceil(3);
+            let some = (0..count).filter(|_| ticks(count) == ticks(11));
+            for k in some {
+                assert!(fewer[k] == alone[k], "skater {k} among {count} moves otherwise");
+            }
+            assert_eq!(fewer, crowd_bytes(count, false, precision), "{count} skaters");
+        }
+    }
+}
+
+/// Whether each of a crowd that performs skills still stands, and where its root is after two seconds.
+fn places_after_two_seconds(precision: fn(usize) -> AthletePrecision) -> Vec<DVec3> {
+    let mut app = app();
+    let crowd = mixed(&mut app, 10, precision);
+    run_ticks(&mut app, 128);
+    let skating = crowd.into_iter().enumerate().filter(|(k, _)| k % 4 < 2).map(|(_, e)| e);
+    let places = skating.map(|e| {
+        assert_eq!(body(&app, e).status(), BodyStatus::Running);
+        body(&app, e).simulator().state.root_position.lane(0)
+    });
+    places.collect()
+}
+
+#[test]
+fn in_single_precision_they_skate_as_well() {
+    let (double, single) = (places_after_two_seconds(PRECISIONS[0]), places_after_two_seconds(PRECISIONS[1]));
+    for (k, (a, b)) in double.into_iter().zip(single).enumerate() {
+        let apart = a.distance(b);
+        println!("skater {k}: {:.3} m up, {apart:.5} m apart after two seconds", b.y);
+        assert!(b.y > 0.6 && apart < 0.1 && apart > 0.0);
+        // Single precision: nothing is lost on the way to f32 and back.
+        assert_eq!(b.y, f64::from(b.y as f32));
     }
 }
 
@@ -241,7 +272,7 @@ fn lanes_and_grouping_do_not_show() {
 fn a_crowd_prints_itself() {
     let threads = std::env::var("ATHLETE_THREADS").map_or(1, |n| n.parse().unwrap());
     ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(threads).build());
-    let crowd = crowd_bytes(11, true);
+    let crowd = crowd_bytes(11, true, PRECISIONS[2]);
     let sum = crowd.iter().flatten().fold(7_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
     println!("{} threads, crowd {sum:016x}", ComputeTaskPool::get().thread_num());
 }

@@ -53,7 +53,7 @@
 //! | [`AthleteController`] | component | what tells its joints where to go |
 //! | [`SkillController`], [`SkatingProgram`], [`Steering`] | component | trained skills in place of a controller |
 //! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
-//! | [`AthleteSettings`] | component | switches of one athlete |
+//! | [`AthleteSettings`] | component | switches of one athlete; in single precision ([`AthletePrecision`]) a crowd is nearly twice as large |
 //! | [`AthleteForces`] | component | pushes and pulls from outside |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
 //! | [`LinkPoses`] | component | where its links are |
@@ -111,7 +111,7 @@ mod visuals;
 
 pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, FileLoader};
 pub use body::{AthleteBody, BodyStatus};
-pub use components::{Athlete, AthleteController, AthleteSettings, AthleteTargets, AthleteWorld};
+pub use components::{Athlete, AthleteController, AthletePrecision, AthleteSettings, AthleteTargets, AthleteWorld};
 pub use detail::{AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteViewer};
 pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused};

@@ -116,7 +116,7 @@ pub(super) fn step_bodies(
     time: Res<Time>,
     surroundings: Res<AthleteWorld>,
     lanes: Res<AthleteLanes>,
-    mut kept: Local<LaneSimulators>,
+    kept: Local<LaneSimulators>,
     mut tally: ResMut<StepTally>,
     mut athletes: Query<(&mut AthleteBody, &AthleteSettings), Without<OwnGround>>,
 ) {
@@ -132,7 +132,7 @@ pub(super) fn step_bodies(
     tally.bodies = due.len();
     tally.steps = due.iter().map(|d| u64::from(d.steps)).sum();
     if !due.is_empty() {
-        step_all(due, lanes.0, &surroundings.0, &mut kept);
+        step_all(due, lanes.0, &surroundings.0, &kept);
     }
     tally.quarantined = athletes.iter().filter(|(body, _)| body.status() == BodyStatus::Quarantined).count();
     tally.milliseconds = begin.elapsed().as_secs_f64() * 1e3;

@@ -5,8 +5,8 @@ use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::window::Stage;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteLook, AthleteSettings, AthleteWorld, CharacterAsset,
-    PlaybackSpeed, SkillController,
+    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteLook, AthletePrecision, AthleteSettings, AthleteWorld,
+    CharacterAsset, PlaybackSpeed, SkillController,
 };
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
@@ -152,7 +152,7 @@ fn grow(
             DespawnOnExit(DemoScene::Crowd),
             Athlete(character.clone()),
             SkillController::new(assets.load("skills/skating/forward_crossover/forward_crossover.skill.ron")),
-            AthleteSettings { interpolate: true, ..default() },
+            AthleteSettings { precision: AthletePrecision::Single, ..default() },
             look(k),
             place(k),
         ));
