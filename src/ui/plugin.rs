@@ -264,7 +264,7 @@ fn show_inspector(
 }
 
 fn show_plots(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, kept: Res<SelectedHistory>) -> Result {
-    panel_window(&mut panels, Panel::Plots, [900.0, 70.0], [360.0, 600.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Plots, [690.0, 54.0], [350.0, 600.0], contexts.ctx_mut()?, |ui| {
         plots(ui, &kept.history);
     });
     Ok(())
@@ -288,7 +288,7 @@ fn show_disturbance(
     let before = friction;
     let state = &mut state.bypass_change_detection().0;
     let mut wish = None;
-    panel_window(&mut panels, Panel::Disturbance, [590.0, 420.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
+    panel_window(&mut panels, Panel::Disturbance, [226.0, 330.0], [300.0, 300.0], contexts.ctx_mut()?, |ui| {
         wish = Some(disturbance(ui, state, &links, friction.as_mut()));
     });
     let Some(wish) = wish else { return Ok(()) };
