@@ -31,7 +31,7 @@ pub use policy_error::PolicyError;
 #[cfg(feature = "policy")]
 pub use policy_file::MAX_POLICY_BYTES;
 #[cfg(all(feature = "policy", feature = "train"))]
-pub(crate) use policy_file::decode;
+pub(crate) use policy_file::{decode, read_bytes};
 #[cfg(feature = "policy")]
 pub use policy_graph::OPERATORS;
 #[cfg(all(feature = "policy", feature = "train"))]

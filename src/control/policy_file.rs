@@ -10,7 +10,7 @@ use tract_onnx::pb::ModelProto;
 pub const MAX_POLICY_BYTES: u64 = 64 << 20;
 
 /// Reads the bytes of a policy file.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PolicyError> {
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, PolicyError> {
     let file = path.display().to_string();
     let failed = |e: std::io::Error| PolicyError::Read { file: file.clone(), reason: e.to_string() };
     let bytes = std::fs::metadata(path).map_err(failed)?.len();

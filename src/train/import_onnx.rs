@@ -2,7 +2,7 @@
 
 use crate::asset::dense_layers::{Activation, DenseLayer, DenseLayers, LayersError};
 use crate::asset::policy_contract::PolicyContract;
-use crate::control::{Policy, PolicyError, check_and_clean, decode, tensor_values};
+use crate::control::{Policy, PolicyError, check_and_clean, decode, read_bytes, tensor_values};
 use std::collections::HashMap;
 use std::path::Path;
 use tract_onnx::pb::{GraphProto, NodeProto};
@@ -39,9 +39,7 @@ pub enum ImportError {
 /// Layers and contract of a policy file. The file is checked like [`Policy::load`] does; its normaliser is the contract's.
 pub fn load_layers(path: impl AsRef<Path>) -> Result<(DenseLayers, PolicyContract), ImportError> {
     let path = path.as_ref();
-    let file = path.display().to_string();
-    let read = std::fs::read(path).map_err(|e| PolicyError::Read { file: file.clone(), reason: e.to_string() });
-    layers_from_bytes(&read?, &file)
+    layers_from_bytes(&read_bytes(path)?, &path.display().to_string())
 }
 
 /// Layers and contract of a policy file's bytes; `file` is for messages.

@@ -73,12 +73,6 @@ impl Learner {
         Self { actor_adam: Adam::new(a), critic_adam: Adam::new(c), actor, critic, shards: Vec::new() }
     }
 
-    /// Goes on with another actor.
-    pub fn replace_actor(&mut self, actor: Network) {
-        self.actor_adam = Adam::new(actor.parameters().len());
-        self.actor = actor;
-    }
-
     /// Goes over the pods' experience `epochs` times in minibatches.
     pub fn update(&mut self, pods: &[Pod], options: &UpdateOptions, random: &mut RandomStream) -> UpdateReport {
         let per_pod = pods[0].rows();

@@ -60,7 +60,6 @@ pub struct TrainOptions {
     /// of where, and at the speeds at which, trials fail.
     pub even_starts: f64,
     /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
-    #[serde(default)]
     pub critic_first: usize,
     /// Trials of a measurement.
     pub evaluation_trials: usize,
@@ -251,8 +250,7 @@ impl Trainer {
 
     /// Begins with a policy that was there before, of this skill or of another (see
     /// [`load_layers`](crate::train::load_layers)). Its normaliser stays; its layers replace [`TrainOptions::hidden`];
-    /// the critic learns alone for a while. It is the best policy until a better
-    /// one is measured.
+    /// the critic learns alone for a while. It is the best policy until a better one is measured.
     pub fn from_policy(
         task: SkillTask,
         mut options: TrainOptions,
@@ -288,10 +286,9 @@ impl Trainer {
         let known = &contract.normaliser;
         trainer.normalizer = Normalizer::fixed(known.mean.clone(), known.scale.clone(), known.clip);
         trainer.mean = actor.clone();
-        trainer.learner.replace_actor(actor);
+        trainer.learner = Learner::new(actor, trainer.learner.critic);
         trainer.best = Some(trainer.present());
         trainer.best_from_before = true;
-        trainer.open_pods(0);
         Ok(trainer)
     }
 
