@@ -2,17 +2,17 @@
 //! survival of all of them.
 //!
 //! ```sh
-//! cargo run --release --no-default-features --features cli --example what_helps -- two_foot_glide 1 what_helps.png
+//! cargo run --release --no-default-features --features cli --example what_helps -- forward_three_turn 10 what_helps.png
 //! ```
 //!
-//! Arguments: the skill, minutes for each, the picture. Prints for each the mean of its last five measurements.
+//! Arguments: the skill, million samples for each, the picture. Prints for each the mean of its last five measurements.
 
 use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{TrainOptions, Trainer};
 use std::error::Error;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What is left out, and how.
 type Variant = (&'static str, fn(&mut SkillDefinition, &mut TrainOptions));
@@ -30,9 +30,9 @@ const MEAN_OF: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let (name, minutes, out) = match (arguments.next(), arguments.next(), arguments.next()) {
-        (Some(name), Some(minutes), Some(out)) => (name, minutes.parse::<f64>()?, out),
-        _ => return Err("give a skill, the minutes for each training, and the picture's path".into()),
+    let (name, millions, out) = match (arguments.next(), arguments.next(), arguments.next()) {
+        (Some(name), Some(millions), Some(out)) => (name, millions.parse::<f64>()?, out),
+        _ => return Err("give a skill, the million samples for each training, and the picture's path".into()),
     };
     let mut curves = Vec::new();
     for (variant, change) in VARIANTS {
@@ -40,10 +40,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut options = TrainOptions::default();
         change(&mut skill, &mut options);
         let mut trainer = Trainer::new(load_task(&skill, None)?, options)?;
-        let (began, limit) = (Instant::now(), Duration::from_secs_f64(60.0 * minutes));
+        let began = Instant::now();
         let mut measured = Vec::new();
-        while began.elapsed() < limit {
+        loop {
             let news = trainer.iterate();
+            if news.samples as f64 >= 1e6 * millions {
+                break;
+            }
             if let Some((survival, _)) = news.evaluation {
                 measured.push((news.samples as f64 / 1e6, survival));
             }
@@ -54,7 +57,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let points: Vec<_> = measured.windows(MEAN_OF).map(mean).collect();
         let (samples, survival) = points.last().copied().unwrap_or((0.0, 0.0));
-        println!("{variant:<28} {samples:>6.1} million samples, survival {:>5.1} %", 100.0 * survival);
+        let minutes = began.elapsed().as_secs_f64() / 60.0;
+        println!(
+            "{variant:<28} {samples:>6.1} million samples, {minutes:.1} min, survival {:>5.1} %",
+            100.0 * survival
+        );
         curves.push(Curve { name: variant.into(), points });
     }
     let chart = Chart { title: name, x_label: "million samples".into(), low: 0.0, high: 1.0, curves };

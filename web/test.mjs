@@ -87,6 +87,43 @@ test("the demo runs", { timeout: 4 * PATIENCE }, async (t) => {
     assert.deepEqual(complaints, []);
 });
 
+/** A finger that comes down, moves and is lifted; `act` runs while it is down. */
+async function finger(page, from, to, act) {
+    const session = await page.context().newCDPSession(page);
+    const send = (type, ...touchPoints) => session.send("Input.dispatchTouchEvent", { type, touchPoints });
+    await send("touchStart", from);
+    await frames(page, 3);
+    await send("touchMove", to);
+    await act();
+    await send("touchEnd");
+    await frames(page, 3);
+}
+
+test("a finger pulls at the skater, another steers her", { timeout: 2 * PATIENCE }, async (t) => {
+    const viewport = { width: 800, height: 480 };
+    const { page, complaints } = await open("?low", { viewport });
+    t.after(() => page.context().close());
+    await drawn(page);
+    assert.equal((await told(page)).steered, false);
+    // The camera keeps the skater a little beside the middle: some column of her is hit.
+    for (let tries = 0; tries < 12; tries++) {
+        const x = viewport.width / 2 + 8 * (tries % 2 ? -tries : tries);
+        let pulls = false;
+        await finger(page, { x, y: viewport.height / 2 }, { x: x + 90, y: viewport.height / 2 - 40 }, async () => {
+            await frames(page, 3);
+            pulls = (await told(page)).pull > 50;
+        });
+        if (pulls) break;
+        assert.ok(tries < 11, "no finger took hold of the skater");
+    }
+    assert.equal((await told(page)).pull, 0, "let go");
+    // The stick lies in the lower right corner since the first touch, see src/app/stick.rs.
+    const middle = { x: viewport.width - 22 - 74, y: viewport.height - 22 - 74 };
+    await finger(page, middle, { x: middle.x, y: middle.y - 40 }, () => until(page, () => window.athlete.steered));
+    await passes(page);
+    assert.deepEqual(complaints, []);
+});
+
 test("skills and policies come as files", { timeout: PATIENCE }, async (t) => {
     const { page, complaints } = await open("?low&crowd=2");
     t.after(() => page.context().close());

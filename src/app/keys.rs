@@ -24,7 +24,7 @@ pub const KEYS: [(&str, &str); 17] = [
     ("Drag", "turn the camera"),
     ("Wheel", "zoom"),
     ("W A S D Q E", "move the free camera"),
-    ("Right drag", "pull at a limb"),
+    ("Right drag", "pull at a limb; a finger does too"),
     ("G / F", "ghost / edges and forces"),
     ("H", "hide the windows"),
 ];

@@ -1,7 +1,7 @@
 //! Words over the picture: numbers of obstacles, the force of a pull, what has just happened.
 
 use crate::app::news::News;
-use crate::app::pull::MousePull;
+use crate::app::pull::PointerPull;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 
@@ -18,7 +18,7 @@ pub(super) fn paint_labels(
     mut contexts: EguiContexts,
     cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
     labels: Query<(&Label, &GlobalTransform)>,
-    pull: Res<MousePull>,
+    pull: Res<PointerPull>,
     news: Res<News>,
 ) -> Result {
     let Some((camera, place)) = cameras.iter().next() else { return Ok(()) };

@@ -101,6 +101,11 @@ fn wishes(ui: &mut egui::Ui, steering: &mut Mut<Steering>) {
     if ui.add(egui::Slider::new(&mut speed, 1.0..=4.0).text("m/s")).changed() {
         steering.speed = speed;
     }
+    moves(ui, steering);
+}
+
+/// The turns and the jump as buttons.
+pub(super) fn moves(ui: &mut egui::Ui, steering: &mut Mut<Steering>) {
     ui.horizontal(|ui| {
         for (title, name) in
             [("Backwards", "forward_three_turn"), ("Forwards", "backward_three_turn"), ("Jump", "double_salchow")]
@@ -132,7 +137,7 @@ fn lab(ui: &mut egui::Ui, lab: &mut ResMut<FootLab>) {
     if slope != lab.slope {
         lab.slope = slope;
     }
-    ui.weak("Right drag pulls at a limb.");
+    ui.weak("Right drag, or a finger, pulls at a limb.");
 }
 
 /// The live count.

@@ -8,12 +8,13 @@
 //! | `scene`, `headless` | a control on its character; the same without Bevy: summary table and storyboard |
 //! | `menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
 //! | `panels` | the panels of feature `ui`, opened as the command line asks |
-//! | `keys`, `touch`, `pull` | keys, fingers as a mouse, pulling at a limb |
+//! | `keys`, `touch`, `stick`, `pull` | keys, fingers as a mouse, a stick for thumbs, pulling at a limb |
 //! | `news` | what has just happened, in words; who fell starts again |
 //! | `camera` | orbit, follow, free |
 //! | `props`, `rink`, `scenery` | ice, boards, hall, hills, light |
 //! | `reflection`, `tracks`, `spray` | the image in the ice, the lines of the blades, the ice they throw up |
 //! | `screenshot` | renders some frames, saves a picture and ends |
+//! | `recorder`, `gif_file` | the same with many pictures, as an animated GIF |
 //! | `fonts` | the panels' letters, where egui's own set is left out |
 //! | `web` | wasm32: the demo in a page, and what it tells the page |
 
@@ -21,6 +22,8 @@ mod buttons;
 mod camera;
 #[cfg(not(feature = "fonts"))]
 mod fonts;
+#[cfg(not(target_arch = "wasm32"))]
+mod gif_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod headless;
 mod keys;
@@ -32,6 +35,8 @@ mod panel;
 mod panels;
 mod props;
 mod pull;
+#[cfg(not(target_arch = "wasm32"))]
+mod recorder;
 mod reflection;
 mod rink;
 mod scene;
@@ -39,6 +44,7 @@ mod scenery;
 mod scenes;
 mod screenshot;
 mod spray;
+mod stick;
 mod touch;
 mod tracks;
 #[cfg(target_arch = "wasm32")]
@@ -73,7 +79,7 @@ pub fn run(options: &DemoOptions) -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    if !options.headless && (options.screenshot.is_some() || has_display()) {
+    if !options.headless && (options.picture().is_some() || has_display()) {
         return run_window(scene, options);
     }
     if !options.headless {

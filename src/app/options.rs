@@ -20,7 +20,13 @@ pub struct DemoOptions {
     /// Frames to render before the picture is taken.
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub frames: u32,
-    /// Simulated time of the picture, s.
+    /// Record an animated picture (GIF) and exit. Works without a display.
+    #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
+    pub record: Option<PathBuf>,
+    /// Length of the animated picture, s.
+    #[arg(long, default_value_t = 4.0, value_name = "SECONDS", value_parser = length)]
+    pub seconds: f64,
+    /// Simulated time of the picture, or of the first one of many, s.
     #[arg(long, default_value_t = 1.3, value_name = "SECONDS")]
     pub at: f64,
     /// Width of the window or picture, pixels.
@@ -80,6 +86,11 @@ pub enum QueryError {
 }
 
 impl DemoOptions {
+    /// The file of the picture that is to be made, still or animated.
+    pub fn picture(&self) -> Option<&PathBuf> {
+        self.screenshot.as_ref().or(self.record.as_ref())
+    }
+
     /// The options of a page: names and values of its query, `?low&azimuth=30` as `--low --azimuth=30`.
     ///
     /// # Errors
@@ -95,6 +106,7 @@ impl DemoOptions {
         let absent = [
             ("headless", options.headless),
             ("screenshot", options.screenshot.is_some()),
+            ("record", options.record.is_some()),
             ("control", options.control.is_some()),
             ("key-poses", options.key_poses.is_some()),
             ("follow-run", options.follow_run.is_some()),
@@ -104,6 +116,11 @@ impl DemoOptions {
             None => Ok(options),
         }
     }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let valid = |seconds: &f64| (0.1..=30.0).contains(seconds);
+    text.parse().ok().filter(valid).ok_or_else(|| "valid: 0.1 to 30 seconds".into())
 }
 
 fn scene(name: &str) -> Result<DemoScene, String> {
@@ -141,6 +158,7 @@ mod tests {
         for (name, value) in [
             ("headless", ""),
             ("screenshot", "a.png"),
+            ("record", "a.gif"),
             ("control", "a.ron"),
             ("key-poses", "a.ron"),
             ("follow-run", "a"),

@@ -1,16 +1,20 @@
-//! Pulling at a link with the mouse: the right button takes hold, a spring of limited force follows the pointer.
+//! Pulling at a link: the right mouse button, or a finger that comes down on a limb, takes hold; a spring of limited force
+//! follows the pointer.
 
 use crate::engine::{Athlete, AthleteBody, AthleteForce, AthleteForces, LinkPoses};
 use crate::model::Shape;
+use bevy::ecs::system::SystemParam;
+use bevy::input::touch::Touch;
 use bevy::math::DVec3;
 use bevy::prelude::*;
+use bevy_egui::{EguiContexts, egui};
 
 /// Stiffness of the spring, N/m, and its damping, N s/m.
 const SPRING: (f64, f64) = (900.0, 90.0);
 /// Most that it pulls, N.
 const MOST: f64 = 450.0;
-/// How far from a link's middle line the pointer still takes hold, m.
-const REACH: f32 = 0.12;
+/// How far from a link's middle line the mouse still takes hold, m, and a finger, which hides what it points at.
+const REACH: (f32, f32) = (0.12, 0.16);
 
 /// A hold on a link.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +27,9 @@ struct Hold {
     depth: f32,
 }
 
-/// What the mouse holds, and what it pulls with.
+/// What the pointer holds, and what it pulls with.
 #[derive(Resource, Clone, Copy, Debug, Default)]
-pub(super) struct MousePull {
+pub(super) struct PointerPull {
     hold: Option<Hold>,
     /// Start and end of the arrow, world frame, m.
     pub arrow: Option<(Vec3, Vec3)>,
@@ -33,29 +37,80 @@ pub(super) struct MousePull {
     pub force: f64,
 }
 
+/// Whether nothing is held: then a drag turns the camera.
+pub(super) fn holds_nothing(held: Res<PointerPull>) -> bool {
+    held.hold.is_none()
+}
+
 pub(super) struct PullPlugin;
 
 impl Plugin for PullPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<MousePull>()
+        app.init_resource::<PointerPull>()
             .add_systems(FixedUpdate, pull)
             .add_systems(Update, draw.run_if(resource_exists::<GizmoConfigStore>));
     }
 }
 
-/// Takes hold of the link under the pointer, or lets go. To run where the pointer is not over a panel.
-pub(super) fn take_hold(
-    buttons: Res<ButtonInput<MouseButton>>,
-    windows: Query<&Window>,
-    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
-    athletes: Query<(Entity, &AthleteBody, &LinkPoses), With<Athlete>>,
-    mut held: ResMut<MousePull>,
-) {
-    if !buttons.just_pressed(MouseButton::Right) {
-        return;
+/// The mouse with its right button, or a finger alone.
+#[derive(SystemParam)]
+pub(super) struct Pointer<'w, 's> {
+    buttons: Res<'w, ButtonInput<MouseButton>>,
+    touches: Res<'w, Touches>,
+    windows: Query<'w, 's, &'static Window>,
+    cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<Camera3d>>,
+}
+
+impl Pointer<'_, '_> {
+    fn finger(&self) -> Option<&Touch> {
+        let mut fingers = self.touches.iter();
+        fingers.next().filter(|_| fingers.next().is_none())
     }
-    let (Some(window), Some((camera, place))) = (windows.iter().next(), cameras.iter().next()) else { return };
-    let Some(ray) = window.cursor_position().and_then(|at| camera.viewport_to_world(place, at).ok()) else { return };
+
+    fn comes_down(&self) -> bool {
+        let finger = self.finger().is_some_and(|finger| self.touches.just_pressed(finger.id()));
+        finger || self.buttons.just_pressed(MouseButton::Right)
+    }
+
+    fn is_down(&self) -> bool {
+        self.finger().is_some() || self.buttons.pressed(MouseButton::Right)
+    }
+
+    fn reach(&self) -> f32 {
+        if self.finger().is_some() { REACH.1 } else { REACH.0 }
+    }
+
+    /// Where it is in the window, logical pixels.
+    fn place(&self) -> Option<Vec2> {
+        self.finger().map(Touch::position).or_else(|| self.windows.iter().next()?.cursor_position())
+    }
+
+    /// The line of sight through it, and the camera's place.
+    fn ray(&self) -> Option<(Ray3d, &GlobalTransform)> {
+        let (camera, place) = self.cameras.iter().next()?;
+        Some((camera.viewport_to_world(place, self.place()?).ok()?, place))
+    }
+}
+
+/// Takes hold of the link under the pointer, or lets go.
+pub(super) fn take_hold(
+    pointer: Pointer,
+    athletes: Query<(Entity, &AthleteBody, &LinkPoses), With<Athlete>>,
+    mut contexts: EguiContexts,
+    mut held: ResMut<PointerPull>,
+) -> Result {
+    if !pointer.comes_down() {
+        return Ok(());
+    }
+    // A finger is where it was not before: whether a panel is there is asked now.
+    let context = contexts.ctx_mut()?;
+    let on_panel = |at: Vec2| {
+        context.layer_id_at(egui::pos2(at.x, at.y)).is_some_and(|layer| layer.order != egui::Order::Background)
+    };
+    if pointer.place().is_none_or(on_panel) {
+        return Ok(());
+    }
+    let Some((ray, place)) = pointer.ray() else { return Ok(()) };
     let mut nearest: Option<(f32, Hold)> = None;
     for (athlete, body, poses) in &athletes {
         for (link, (description, pose)) in body.model().links.iter().zip(&poses.interpolated).enumerate() {
@@ -63,7 +118,7 @@ pub(super) fn take_hold(
             let ends = [a, b].map(|p| (pose.position + pose.rotation * p).as_vec3());
             let (along, on_line) = closest(ray.origin, ray.direction.as_vec3(), ends[0], ends[1]);
             let apart = (ray.origin + ray.direction * along).distance(on_line);
-            if along > 0.1 && apart < REACH && nearest.is_none_or(|(d, _)| along < d) {
+            if along > 0.1 && apart < pointer.reach() && nearest.is_none_or(|(d, _)| along < d) {
                 let position = pose.rotation.inverse() * (on_line.as_dvec3() - pose.position);
                 let depth = (on_line - place.translation()).dot(place.forward().as_vec3());
                 nearest = Some((along, Hold { athlete, link, position, depth }));
@@ -71,6 +126,7 @@ pub(super) fn take_hold(
         }
     }
     held.hold = nearest.map(|(_, hold)| hold);
+    Ok(())
 }
 
 /// Ends of the middle line of a link's first shape, link frame, m.
@@ -105,11 +161,9 @@ fn closest(origin: Vec3, direction: Vec3, a: Vec3, b: Vec3) -> (f32, Vec3) {
 
 /// Pulls in every fixed tick.
 fn pull(
-    buttons: Res<ButtonInput<MouseButton>>,
-    windows: Query<&Window>,
-    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+    pointer: Pointer,
     mut athletes: Query<(&mut AthleteBody, &LinkPoses, &mut AthleteForces)>,
-    mut held: ResMut<MousePull>,
+    mut held: ResMut<PointerPull>,
     mut last: Local<Option<(Entity, AthleteForce)>>,
 ) {
     // The force of the tick before is replaced.
@@ -120,12 +174,11 @@ fn pull(
     }
     held.arrow = None;
     held.force = 0.0;
-    if !buttons.pressed(MouseButton::Right) {
+    if !pointer.is_down() {
         held.hold = None;
     }
     let Some(hold) = held.hold else { return };
-    let (Some(window), Some((camera, place))) = (windows.iter().next(), cameras.iter().next()) else { return };
-    let Some(ray) = window.cursor_position().and_then(|at| camera.viewport_to_world(place, at).ok()) else { return };
+    let Some((ray, place)) = pointer.ray() else { return };
     let Ok((mut body, poses, mut forces)) = athletes.get_mut(hold.athlete) else {
         held.hold = None;
         return;
@@ -148,7 +201,7 @@ fn pull(
     held.arrow = Some((point.as_vec3(), wanted.as_vec3()));
 }
 
-fn draw(held: Res<MousePull>, mut gizmos: Gizmos) {
+fn draw(held: Res<PointerPull>, mut gizmos: Gizmos) {
     if let Some((from, to)) = held.arrow {
         let color = Color::srgb(0.95, 0.20, 0.35);
         gizmos.arrow(from, to, color);

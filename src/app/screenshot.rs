@@ -15,10 +15,19 @@ pub(super) struct Shot {
     pub file: PathBuf,
     /// Frames before it is taken.
     pub frames: u32,
-    /// Drawn into when there is no window.
-    pub image: Option<Handle<Image>>,
     /// Frames so far.
     pub seen: u32,
+}
+
+/// Where pictures come from: an image that is drawn into where there is no window.
+#[derive(Resource, Clone, Debug, Default)]
+pub(super) struct PictureSource(pub Option<Handle<Image>>);
+
+impl PictureSource {
+    /// A picture of this frame.
+    pub fn screenshot(&self) -> Screenshot {
+        self.0.clone().map_or_else(Screenshot::primary_window, Screenshot::image)
+    }
 }
 
 /// An image that a camera can draw into, and the component that makes it.
@@ -33,6 +42,7 @@ pub(super) fn image_target(images: &mut Assets<Image>, width: u32, height: u32) 
 pub(super) fn take(
     mut commands: Commands,
     mut shot: ResMut<Shot>,
+    source: Res<PictureSource>,
     mut playback: ResMut<PlaybackSpeed>,
     bodies: Query<(), With<AthleteBody>>,
 ) {
@@ -46,11 +56,7 @@ pub(super) fn take(
     }
     // Two more frames: the pipeline of frames in flight catches up with the last one.
     if shot.seen == shot.frames + 2 {
-        let screenshot = match &shot.image {
-            Some(image) => Screenshot::image(image.clone()),
-            None => Screenshot::primary_window(),
-        };
-        commands.spawn(screenshot).observe(save_to_disk(shot.file.clone())).observe(
+        commands.spawn(source.screenshot()).observe(save_to_disk(shot.file.clone())).observe(
             |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
                 exit.write(AppExit::Success);
             },

@@ -10,10 +10,13 @@
 //! | `simulated` | time that the fixed ticks covered, s |
 //! | `spent` | wall time that they took, s |
 //! | `paused` | time stands still |
+//! | `steered` | the skater goes where the player points |
+//! | `pull` | force of the pull at a limb, N |
 //!
 //! `bodies * simulated / spent` is the number of such athletes that one thread holds in real time.
 
-use crate::app::{ControlScene, DemoOptions, run_window};
+use crate::app::pull::PointerPull;
+use crate::app::{Act, ControlScene, DemoOptions, run_window};
 use crate::engine::{Athlete, AthleteBody, PlaybackSpeed};
 use bevy::diagnostic::FrameCount;
 use bevy::platform::time::Instant;
@@ -77,6 +80,8 @@ fn tell_page(
     frames: Res<FrameCount>,
     ticks: Res<Ticks>,
     playback: Res<PlaybackSpeed>,
+    act: Res<Act>,
+    pull: Res<PointerPull>,
     athletes: Query<&AthleteBody, With<Athlete>>,
 ) {
     let Some(page) = web_sys::window() else { return };
@@ -88,6 +93,8 @@ fn tell_page(
         ("simulated", JsValue::from(ticks.simulated)),
         ("spent", JsValue::from(ticks.spent)),
         ("paused", JsValue::from(playback.paused)),
+        ("steered", JsValue::from(*act == Act::Steer)),
+        ("pull", JsValue::from(pull.force)),
     ] {
         // A new object of our own takes every field.
         let _ = Reflect::set(&told, &name.into(), &value);

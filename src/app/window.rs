@@ -8,15 +8,18 @@ use crate::app::menu::show_menu;
 use crate::app::news::NewsPlugin;
 use crate::app::panel::{ShowPanel, show_panel};
 use crate::app::panels::add_panels;
-use crate::app::pull::{PullPlugin, take_hold};
+use crate::app::pull::{PullPlugin, holds_nothing, take_hold};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::app::recorder::{RATE, Recording, film};
 use crate::app::reflection::{make_images, place_images};
 use crate::app::scenery::HAZE;
 use crate::app::scenes::course::CoursePlugin;
 use crate::app::scenes::crowd::CrowdPlugin;
 use crate::app::scenes::foot_lab::FootLabPlugin;
 use crate::app::scenes::skating::SkatingPlugin;
-use crate::app::screenshot::{Shot, image_target, take};
+use crate::app::screenshot::{PictureSource, Shot, image_target, take};
 use crate::app::spray::SprayPlugin;
+use crate::app::stick::show_stick;
 use crate::app::touch::TouchPlugin;
 use crate::app::tracks::{Tracks, draw_tracks, leave_tracks};
 use crate::app::{ControlScene, DemoOptions, DemoScene, has_display};
@@ -71,19 +74,25 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
         })
         // No file of the crate has a `.meta` beside it; asking for one is an error in a browser's console.
         .set(AssetPlugin { meta_check: AssetMetaCheck::Never, file_path: asset_folder(), ..default() })
-        .set(RenderPlugin { synchronous_pipeline_compilation: options.screenshot.is_some(), ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: options.picture().is_some(), ..default() })
         .set(LogPlugin { filter: "warn,wgpu=error,naga=error,bevy_athlete=info".into(), ..default() });
     if offscreen {
         app.add_plugins((plugins.disable::<WinitPlugin>(), ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     } else {
         app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin))
-            .add_systems(EguiPrimaryContextPass, (paint_labels, show_panel, show_menu, show_buttons).chain())
+            .add_systems(
+                EguiPrimaryContextPass,
+                (paint_labels, show_panel, show_menu, show_buttons, show_stick.run_if(in_state(DemoScene::Rink)))
+                    .chain(),
+            )
             .add_systems(
                 Update,
                 (
                     (keys, scene_keys).run_if(not(egui_wants_any_keyboard_input)),
                     drive.run_if(not(egui_wants_any_keyboard_input)).before(follow),
-                    (orbit.before(follow), take_hold).run_if(not(egui_wants_any_pointer_input)),
+                    (take_hold, orbit.run_if(holds_nothing).before(follow))
+                        .chain()
+                        .run_if(not(egui_wants_any_pointer_input)),
                 ),
             )
             .add_systems(PreUpdate, (single_step, rewind).chain().run_if(not(egui_wants_any_keyboard_input)));
@@ -106,6 +115,7 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
         .insert_resource(ClearColor(HAZE))
         .insert_resource(ShowPanel(true))
         .init_resource::<Tracks>()
+        .init_resource::<PictureSource>()
         .insert_resource(Stage { control, options: options.clone(), offscreen })
         .add_systems(Startup, setup)
         .add_systems(FixedLast, leave_tracks)
@@ -117,17 +127,24 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
                 .after(TransformSystems::Propagate)
                 .before(VisibilitySystems::CheckVisibility),
         );
+    let at = if options.at.is_finite() { options.at.clamp(0.0, 3600.0) } else { 0.0 };
     if let Some(file) = &options.screenshot {
         // Frames are cut so that the picture shows the wanted time, however slow the renderer is.
-        let at = if options.at.is_finite() { options.at.clamp(0.0, 3600.0) } else { 0.0 };
         let frames = options.frames.max((at / 0.2).ceil() as u32);
-        let shot = Shot { file: file.clone(), frames, image: None, seen: 0 };
+        let shot = Shot { file: file.clone(), frames, seen: 0 };
         let frame = Duration::from_secs_f64(at / f64::from(frames));
         app.insert_resource(shot).insert_resource(TimeUpdateStrategy::ManualDuration(frame)).add_systems(Update, take);
     }
+    #[cfg(not(target_arch = "wasm32"))]
+    if let Some(file) = &options.record {
+        let frame = Duration::from_secs(1) / u32::from(RATE);
+        app.insert_resource(Recording::new(file.clone(), at, options.seconds))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(frame))
+            .add_systems(Update, film);
+    }
     let exit = app.run();
-    match &options.screenshot {
-        Some(file) if !file.exists() => {
+    match options.picture() {
+        Some(file) if !exit.is_success() || !file.exists() => {
             eprintln!("error: the picture {} was not written", file.display());
             ExitCode::FAILURE
         }
@@ -157,7 +174,7 @@ fn asset_folder() -> String {
 fn setup(
     mut commands: Commands,
     stage: Res<Stage>,
-    mut shot: Option<ResMut<Shot>>,
+    mut source: ResMut<PictureSource>,
     mut images: ResMut<Assets<Image>>,
     mut gizmos: ResMut<GizmoConfigStore>,
 ) {
@@ -177,15 +194,13 @@ fn setup(
     } else {
         camera.insert((Msaa::Sample4, Tonemapping::AcesFitted));
     }
-    if options.screenshot.is_some() {
+    if options.picture().is_some() {
         // Dithering doubles the size of the file.
         camera.insert(DebandDither::Disabled);
     }
     if *offscreen {
         let (image, target) = image_target(&mut images, options.width, options.height);
         camera.insert(target);
-        if let Some(shot) = &mut shot {
-            shot.image = Some(image);
-        }
+        source.0 = Some(image);
     }
 }

@@ -113,6 +113,19 @@ impl<R: Real> SweepChange<R> {
     }
 }
 
+/// False where the point's turn would change nothing: it carries nothing, and the link moves away from the surface.
+///
+/// An end of a blade may carry a side load without a normal one, and a grip pulls; they always have their turn.
+#[inline(always)]
+fn has_work<R: Real>(c: &ContactCandidate<R>, v: &Motion<R>, running: R::Mask) -> bool {
+    if c.is_grip {
+        return true;
+    }
+    let un = v.angular.dot(c.moments[0]) + v.linear.dot_add(c.directions[0], -c.aims[0]);
+    let pressed = R::zero().lt(c.impulses[0].max(un.neg_mul_add(c.effective_mass[0], c.impulses[0])));
+    R::any((pressed | c.blade) & c.active & running)
+}
+
 /// One pass over the points of a link in the lanes of `running`; returns the impulse wrench that it adds.
 #[inline(always)]
 fn sweep_link<R: Real, const YIELDS: bool>(
@@ -124,6 +137,10 @@ fn sweep_link<R: Real, const YIELDS: bool>(
 ) -> Force<R> {
     let (mut v, mut w) = (group.velocity, Force::zero());
     for at in group.start..group.end {
+        if !has_work(&candidates[at], &v, running) {
+            // What carries nothing adds nothing to the load either.
+            continue;
+        }
         let partner = candidates[at].partner;
         let partner_normal = if partner == at { R::zero() } else { candidates[partner].impulses[0] };
         let c = &mut candidates[at];

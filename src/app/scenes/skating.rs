@@ -3,6 +3,7 @@
 use crate::app::props::Props;
 use crate::app::rink::HALF;
 use crate::app::scenes::{DemoScene, scene_root};
+use crate::app::stick::ThumbStick;
 use crate::app::window::Stage;
 use crate::engine::{
     Athlete, AthleteBody, AthleteController, AthleteGhost, AthleteGizmos, AthleteHistory, AthleteSettings,
@@ -89,6 +90,7 @@ pub(crate) struct SkatingPlugin;
 impl Plugin for SkatingPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Overlays>()
+            .init_resource::<ThumbStick>()
             .add_systems(OnEnter(DemoScene::Rink), (enter, spawn_skater).chain())
             .add_systems(
                 Update,
@@ -161,10 +163,11 @@ fn respawn(mut commands: Commands, act: Res<Act>, overlays: Res<Overlays>, skate
     }
 }
 
-/// Arrow keys or the left stick; T, B and J turn and jump. The first touch of an arrow takes the skater over.
+/// Arrow keys, the left stick or the one for thumbs; T, B and J turn and jump. The first touch of an arrow takes the skater over.
 fn steer(
     keys: Res<ButtonInput<KeyCode>>,
     gamepads: Query<&Gamepad>,
+    thumb: Res<ThumbStick>,
     stage: Res<Stage>,
     mut act: ResMut<Act>,
     cameras: Query<&GlobalTransform, With<Camera3d>>,
@@ -173,7 +176,7 @@ fn steer(
     let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
     let mut stick =
         Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
-    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>();
+    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>() + thumb.value;
     let pressed = |key, button| keys.just_pressed(key) || gamepads.iter().any(|g| g.just_pressed(button));
     let perform = if pressed(KeyCode::KeyT, GamepadButton::West) {
         Some("forward_three_turn")
