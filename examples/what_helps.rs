@@ -17,11 +17,14 @@ use std::time::Instant;
 /// What is left out, and how.
 type Variant = (&'static str, fn(&mut SkillDefinition, &mut TrainOptions));
 
-const VARIANTS: [Variant; 5] = [
+const VARIANTS: [Variant; 6] = [
     ("as it is", |_, _| ()),
     ("starts even", |_, options| options.even_starts = 1.0),
     ("no starts at the beginning", |skill, _| skill.episode.begin_share = 0.0),
     ("last actor, no mean", |_, options| options.average = 1),
+    ("turn and feet not watched", |skill, _| {
+        (skill.limits.turn, skill.limits.free_foot, skill.limits.standing_foot) = (None, false, false);
+    }),
     ("not smoothed", |_, options| options.smoothness = 0.0),
 ];
 

@@ -4,15 +4,16 @@
 //! The trainings here are a few iterations long: enough for every part to run, not to learn a skill.
 #![cfg(all(feature = "train", feature = "policy"))]
 
+use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::dense_layers::DenseLayers;
 use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::{Heading, TrackedMotion, Tracker, TrackerOptions};
 use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use bevy_athlete::skill::{EpisodeOptions, SkillDefinition, SkillPlayer, TrainedSkill};
+use bevy_athlete::skill::{EpisodeOptions, SkillDefinition, SkillPlayer, TerminationLimits, TrainedSkill};
 use bevy_athlete::train::ppo::{
-    Actor, Environment, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate, trained_policy,
+    Actor, Ending, Environment, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate, trained_policy,
 };
 use bevy_athlete::train::{layers_from_bytes, policy_bytes};
 use glam::DVec3;
@@ -227,6 +228,58 @@ fn a_game_plays_what_was_trained() {
 }
 
 #[test]
+fn a_trial_ends_when_the_reference_was_dragged_round() {
+    let limited = |skill: &SkillDefinition, turn| {
+        let mut skill = skill.clone();
+        skill.leash = Some(0.3);
+        skill.episode = EpisodeOptions {
+            start: Some((0.0, 0.0)),
+            joint_noise: 0.0,
+            velocity_noise: 0.0,
+            joint_velocity_noise: 0.0,
+            ..EpisodeOptions::default()
+        };
+        skill.limits = TerminationLimits {
+            height: 10.0,
+            root: 10.0,
+            pose: 10.0,
+            place: 1e3,
+            touch: false,
+            turn,
+            ..TerminationLimits::default()
+        };
+        skill
+    };
+    let first_end = |skill: SkillDefinition, clip: &MotionClip, hold: &dyn Fn(&mut Environment<f64>)| {
+        let task = Arc::new(SkillTask::new(&skill, preset("skater").unwrap(), clip).unwrap());
+        let still = vec![0.0; task.action_size()];
+        let mut trial = Environment::<f64>::new(task, 1, 1, &StartSampler::even(1, true));
+        (1..=60).find(|_| {
+            hold(&mut trial);
+            trial.tick(&still)[0].ending == Ending::Failed
+        })
+    };
+
+    // A body that spins at 3 rad/s drags the reference from half a radian on: 0.8 rad further after 0.44 s, 13 ticks.
+    let alone = task();
+    let spins = |trial: &mut Environment<f64>| trial.sim.state.root_velocity.angular = Vec3::splat(3.0 * DVec3::Y);
+    assert_eq!(first_end(limited(&alone.skill, None), &alone.clip, &spins), None);
+    let tick = first_end(limited(&alone.skill, Some(0.8)), &alone.clip, &spins).expect("dragged round, and goes on");
+    assert!((11..=20).contains(&tick), "{tick}");
+
+    // A cycle that turns is no dragging: a body held on its reference goes round the circle.
+    let path = "assets/skills/skating/forward_crossover/forward_crossover.skill.ron";
+    let skill = SkillDefinition::load(path).unwrap();
+    let clip = MotionClip::load(&skill.motion).unwrap();
+    let follows = |trial: &mut Environment<f64>| {
+        let pose = trial.tracker.reference_pose(0);
+        trial.sim.state.set_pose(0, pose.root_position, pose.root_rotation, &pose.joints);
+        trial.sim.state_changed();
+    };
+    assert_eq!(first_end(limited(&skill, Some(0.05)), &clip, &follows), None);
+}
+
+#[test]
 fn a_lane_put_onto_its_reference_is_there() {
     let task = task();
     let mut sim = Simulator::<F32x8Fused>::new(task.model.clone(), SimulationSettings::of(&task.model));
@@ -319,6 +372,7 @@ fn skills_that_cannot_be_used_are_refused_by_field() {
         ("gains: (-1.0, 2.0)", "gains"),
         ("episode: (seconds: 0.0)", "episode.seconds"),
         ("episode: (friction: (0.2, 0.1))", "episode.friction"),
+        ("limits: (turn: 4.0)", "limits.turn"),
         ("unknown: 1", "unknown"),
     ] {
         let refusal = with(text).unwrap_or_else(|| panic!("{text} was accepted"));

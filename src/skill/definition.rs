@@ -198,11 +198,23 @@ pub struct TerminationLimits {
     /// A blade that the motion has on the ice for good may not be without contact at two decisions in a row, from
     /// [`SETTLE`](super::SETTLE) on.
     pub standing_foot: bool,
+    /// Angle by which a character on a leash may have dragged its reference round since the trial began, rad; `None` is no
+    /// limit. Without one, a character that never turns is followed by a reference that never does either.
+    pub turn: Option<f64>,
 }
 
 impl Default for TerminationLimits {
     fn default() -> Self {
-        Self { height: 0.25, root: 1.0, pose: 0.7, place: 1.5, touch: true, free_foot: false, standing_foot: false }
+        Self {
+            height: 0.25,
+            root: 1.0,
+            pose: 0.7,
+            place: 1.5,
+            touch: true,
+            free_foot: false,
+            standing_foot: false,
+            turn: None,
+        }
     }
 }
 
@@ -379,6 +391,9 @@ impl SkillDefinition {
             if !(0.0..=1.0).contains(&share) {
                 return bad(field, share.to_string(), "0 to 1");
             }
+        }
+        if self.limits.turn.is_some_and(|turn| !(0.0..=core::f64::consts::PI).contains(&turn)) {
+            return bad("limits.turn", format!("{:?}", self.limits.turn), "0 to pi rad");
         }
         let mut names = std::collections::BTreeSet::new();
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {

@@ -242,6 +242,11 @@ impl<R: Real> Tracker<R> {
         }
     }
 
+    /// The turn from the clip's own world to that of lane `lane`'s reference.
+    pub fn heading(&self, lane: usize) -> Heading<f64> {
+        Heading { c: self.anchor_heading.c.lane(lane), s: self.anchor_heading.s.lane(lane) }
+    }
+
     /// Where the reference's root is, world frame, m.
     pub fn reference_root(&self) -> Vec3<R> {
         self.anchor_heading.to_world(self.now.root_position) + self.anchor_place
@@ -364,7 +369,7 @@ impl<R: Real> Tracker<R> {
                 && tick >= motion.last()
             {
                 // Tick `last` is tick 0 of the next cycle, one shift further.
-                let heading = Heading { c: self.anchor_heading.c.lane(lane), s: self.anchor_heading.s.lane(lane) };
+                let heading = self.heading(lane);
                 let turned = heading.turned(Heading { c: cycle.turn.0, s: cycle.turn.1 }).normalized();
                 let moved = heading.to_world(Vec3::splat(cycle.shift)).lane(0) + self.anchor_place.lane(lane);
                 self.anchor_heading.c.set_lane(lane, turned.c);

@@ -1,6 +1,6 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
-use crate::control::tracking::{TrackedMotion, Tracker, TrackingTerms};
+use crate::control::tracking::{Heading, TrackedMotion, Tracker, TrackingTerms};
 use crate::math::{RandomStream, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::{ExternalForce, Simulator, step};
@@ -43,7 +43,7 @@ pub struct Trial {
 }
 
 /// One lane's trial.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Lane {
     age: usize,
     limit: usize,
@@ -56,10 +56,31 @@ struct Lane {
     pushed: usize,
     /// Ticks in a row that a standing foot has been up.
     lifted: usize,
+    /// Heading of the reference's world when the trial began.
+    heading: Heading<f64>,
     /// What was seen of a judged trial.
     samples: Vec<PerformanceSample>,
     /// What a judged trial lacked.
     shortfall: Option<Shortfall>,
+}
+
+impl Lane {
+    fn new(limit: usize, speed: f64, heading: Heading<f64>) -> Self {
+        Self {
+            age: 0,
+            limit,
+            speed,
+            reward: 0.0,
+            push_from: 0,
+            push_to: 0,
+            push: DVec3::ZERO,
+            pushed: 0,
+            lifted: 0,
+            heading,
+            samples: Vec::new(),
+            shortfall: None,
+        }
+    }
 }
 
 /// A batch of trials.
@@ -93,7 +114,7 @@ impl<R: Real> Environment<R> {
             sim,
             tracker,
             random: RandomStream::new(seed, stream),
-            lanes: vec![Lane::default(); R::LANES],
+            lanes: vec![Lane::new(0, 0.0, Heading::ahead()); R::LANES],
             features: Vec::with_capacity(task.layout.size()),
             watcher: Watcher::new(&task.model).filter(|_| task.watches_blades()),
             task,
@@ -155,7 +176,7 @@ impl<R: Real> Environment<R> {
         let ticks = (episode.seconds * rate).round() as usize;
         // A motion that ends gives trials that end with it.
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
-        self.lanes[lane] = Lane { limit: left, speed: part, ..Lane::default() };
+        self.lanes[lane] = Lane::new(left, part, self.tracker.heading(lane));
         self.plan_push(lane);
     }
 
@@ -263,6 +284,7 @@ impl<R: Real> Environment<R> {
                 }
             }
         }
+        self.turn_with_cycles();
         self.tracker.advance(&self.sim);
         let terms = self.tracker.terms(&mut self.sim, &task.weights);
         (0..R::LANES)
@@ -318,6 +340,7 @@ impl<R: Real> Environment<R> {
             || place > limits.place * limits.place
             || (limits.touch && touched)
             || (limits.free_foot && self.free_foot_down(lane))
+            || limits.turn.is_some_and(|most| self.dragged_round(lane).c < most.cos())
             || (limits.standing_foot && self.standing_foot_up(lane));
         let trial = &self.task.skill.trial;
         let fallen = touched || self.sim.state.root_position.y.lane(lane) < trial.pelvis;
@@ -367,6 +390,21 @@ impl<R: Real> Environment<R> {
         let up = watcher.pressed(lane).iter().zip(stands).any(|(down, stands)| !*down && stands);
         l.lifted = if up { l.lifted + 1 } else { 0 };
         l.lifted >= 2
+    }
+
+    /// A cycle that begins anew turns its reference: that is no dragging.
+    fn turn_with_cycles(&mut self) {
+        let Some(cycle) = self.task.motion.cycle() else { return };
+        for (lane, l) in self.lanes.iter_mut().enumerate() {
+            if self.tracker.tick(lane) >= self.task.motion.last() {
+                l.heading = l.heading.turned(Heading { c: cycle.turn.0, s: cycle.turn.1 }).normalized();
+            }
+        }
+    }
+
+    /// How far a lane has dragged its reference round since the trial began.
+    fn dragged_round(&self, lane: usize) -> Heading<f64> {
+        self.tracker.heading(lane).relative_to(self.lanes[lane].heading)
     }
 
     /// The trial of a lane so far.
