@@ -17,6 +17,6 @@ pub use geometry::{Geometry, GeometryHit};
 pub use height_field::{HeightField, HeightFieldError};
 pub use mobility::{ContactMobility, OwnMobility};
 pub use rows::{ContactSettings, RowInputs, build_rows};
-pub use self_collision::{CollisionCapsule, SelfCollisionSettings, deepest_overlap, self_collision_forces};
+pub use self_collision::{CollisionCapsule, SelfCollision, SelfCollisionSettings, deepest_overlap};
 pub use solver::solve_contacts;
 pub use world::{Solid, Surface, SurfaceHit, SurfaceKind, Terrain, World};

@@ -85,55 +85,92 @@ fn closest<R: Real>(p: Vec3<R>, d1: Vec3<R>, q: Vec3<R>, d2: Vec3<R>) -> (R, R) 
     (s, t)
 }
 
-/// Adds the forces of all overlapping pairs to `wrenches` (about the link origins, world axes). Returns true if any
-/// pair overlaps in any lane.
-#[inline]
-pub fn self_collision_forces<R: Real>(
-    model: &CharacterModel,
-    capsules: &[Option<CollisionCapsule>],
-    kinematics: &[LinkKinematics<R>],
-    settings: &SelfCollisionSettings,
-    wrenches: &mut [Force<R>],
-) -> bool {
-    let zero = R::zero();
-    let mut touched = false;
-    for &(i, j) in &model.collision_pairs {
-        let (Some(ci), Some(cj)) = (&capsules[i], &capsules[j]) else { continue };
-        let (ki, kj) = (&kinematics[i], &kinematics[j]);
-        // Bounding balls first.
-        let mid_i = ki.rotation.mul_vec(Vec3::splat((ci.a + ci.b) * 0.5)) + ki.origin;
-        let mid_j = kj.rotation.mul_vec(Vec3::splat((cj.a + cj.b) * 0.5)) + kj.origin;
-        let reach = 0.5 * (ci.a.distance(ci.b) + cj.a.distance(cj.b)) + ci.radius + cj.radius;
-        if !R::any((mid_i - mid_j).length_squared().lt(R::splat(reach * reach))) {
-            continue;
+/// Two links that may meet.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    i: usize,
+    j: usize,
+    /// Square of the distance of their middles from which on they cannot touch, m^2.
+    reach: f64,
+}
+
+/// The links of a model that may meet, and work space for the search.
+#[derive(Clone, Debug)]
+pub struct SelfCollision<R: Real> {
+    /// Links without a shape have one of no size; no pair names them.
+    capsules: Vec<CollisionCapsule>,
+    pairs: Vec<Pair>,
+    /// Middles of the capsules, relative to the root, world axes, m.
+    middles: Vec<Vec3<R>>,
+}
+
+impl<R: Real> SelfCollision<R> {
+    /// That of a model.
+    pub fn of(model: &CharacterModel) -> Self {
+        let capsules = CollisionCapsule::all(model);
+        let pair = |&(i, j): &(usize, usize)| {
+            let (ci, cj) = (capsules[i]?, capsules[j]?);
+            let reach = 0.5 * (ci.a.distance(ci.b) + cj.a.distance(cj.b)) + ci.radius + cj.radius;
+            Some(Pair { i, j, reach: reach * reach })
+        };
+        let nothing = CollisionCapsule { a: DVec3::ZERO, b: DVec3::ZERO, radius: 0.0 };
+        Self {
+            pairs: model.collision_pairs.iter().filter_map(pair).collect(),
+            middles: vec![Vec3::zero(); capsules.len()],
+            capsules: capsules.into_iter().map(|c| c.unwrap_or(nothing)).collect(),
         }
-        let di = ki.rotation.mul_vec(Vec3::splat(ci.b - ci.a));
-        let dj = kj.rotation.mul_vec(Vec3::splat(cj.b - cj.a));
-        let half = R::splat(0.5);
-        let (pi, pj) = (mid_i - di * half, mid_j - dj * half);
-        let (s, t) = closest(pi, di, pj, dj);
-        let (on_i, on_j) = (pi + di * s, pj + dj * t);
-        let between = on_i - on_j;
-        let distance = between.length();
-        let depth = R::splat(ci.radius + cj.radius) - distance;
-        // Crossing axes have no direction to part in.
-        let overlapping = zero.lt(depth) & R::splat(1e-6).lt(distance);
-        if !R::any(overlapping) {
-            continue;
-        }
-        touched = true;
-        let n = between * R::select(overlapping, distance, R::one()).recip();
-        // The force acts half way into the overlap, at one point for both.
-        let point = on_j + n * (R::splat(cj.radius) - depth * half);
-        let velocity = ki.velocity.at(point - ki.origin) - kj.velocity.at(point - kj.origin);
-        let closing = (-velocity.dot(n)).max(zero);
-        let depth = depth.min(R::splat(settings.depth_limit));
-        let push = R::splat(settings.stiffness) * depth + R::splat(settings.damping) * closing;
-        let force = (n * push).masked(overlapping);
-        wrenches[i] += Force::at(point - ki.origin, force);
-        wrenches[j] += Force::at(point - kj.origin, -force);
     }
-    touched
+
+    /// Adds the forces of all overlapping pairs to `wrenches` (about the link origins, world axes). Returns true if any
+    /// pair overlaps in any lane.
+    #[inline]
+    pub fn add_forces(
+        &mut self,
+        kinematics: &[LinkKinematics<R>],
+        settings: &SelfCollisionSettings,
+        wrenches: &mut [Force<R>],
+    ) -> bool {
+        let zero = R::zero();
+        let mut touched = false;
+        for ((middle, link), capsule) in self.middles.iter_mut().zip(kinematics).zip(&self.capsules) {
+            *middle = link.rotation.mul_vec(Vec3::splat((capsule.a + capsule.b) * 0.5)) + link.origin;
+        }
+        for &Pair { i, j, reach } in &self.pairs {
+            // Bounding balls first.
+            let (mid_i, mid_j) = (self.middles[i], self.middles[j]);
+            if !R::any((mid_i - mid_j).length_squared().lt(R::splat(reach))) {
+                continue;
+            }
+            let (ci, cj) = (&self.capsules[i], &self.capsules[j]);
+            let (ki, kj) = (&kinematics[i], &kinematics[j]);
+            let di = ki.rotation.mul_vec(Vec3::splat(ci.b - ci.a));
+            let dj = kj.rotation.mul_vec(Vec3::splat(cj.b - cj.a));
+            let half = R::splat(0.5);
+            let (pi, pj) = (mid_i - di * half, mid_j - dj * half);
+            let (s, t) = closest(pi, di, pj, dj);
+            let (on_i, on_j) = (pi + di * s, pj + dj * t);
+            let between = on_i - on_j;
+            let distance = between.length();
+            let depth = R::splat(ci.radius + cj.radius) - distance;
+            // Crossing axes have no direction to part in.
+            let overlapping = zero.lt(depth) & R::splat(1e-6).lt(distance);
+            if !R::any(overlapping) {
+                continue;
+            }
+            touched = true;
+            let n = between * R::select(overlapping, distance, R::one()).recip();
+            // The force acts half way into the overlap, at one point for both.
+            let point = on_j + n * (R::splat(cj.radius) - depth * half);
+            let velocity = ki.velocity.at(point - ki.origin) - kj.velocity.at(point - kj.origin);
+            let closing = (-velocity.dot(n)).max(zero);
+            let depth = depth.min(R::splat(settings.depth_limit));
+            let push = R::splat(settings.stiffness) * depth + R::splat(settings.damping) * closing;
+            let force = (n * push).masked(overlapping);
+            wrenches[i] += Force::at(point - ki.origin, force);
+            wrenches[j] += Force::at(point - kj.origin, -force);
+        }
+        touched
+    }
 }
 
 /// How deep the capsules of links that are not neighbours are in each other, the deepest pair of a lane, m; 0 for none.

@@ -1,8 +1,8 @@
 //! The simulator: model, state, commands and work space of one character or one batch of lanes.
 
 use crate::contact::{
-    BladeEdge, CollisionCapsule, ContactScratch, ContactSettings, RowInputs, SelfCollisionSettings, Terrain,
-    build_rows, detect_contacts, self_collision_forces, solve_contacts,
+    BladeEdge, ContactScratch, ContactSettings, RowInputs, SelfCollision, SelfCollisionSettings, Terrain, build_rows,
+    detect_contacts, solve_contacts,
 };
 use crate::dynamics::{
     ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
@@ -66,7 +66,7 @@ pub struct Simulator<R: Real> {
     /// Factor on every friction coefficient, by lane.
     pub friction_scale: R,
     constants: Vec<LinkConstants<R>>,
-    capsules: Vec<Option<CollisionCapsule>>,
+    self_collision: SelfCollision<R>,
     mass: R,
     h: R,
     /// Kinematics belong to the present state.
@@ -110,7 +110,7 @@ impl<R: Real> Simulator<R> {
             external: Vec::new(),
             friction_scale: R::one(),
             constants: LinkConstants::of(&model),
-            capsules: CollisionCapsule::all(&model),
+            self_collision: SelfCollision::of(&model),
             mass: R::splat(model.mass()),
             h: R::splat(1.0 / settings.rate),
             fresh: false,
@@ -287,8 +287,7 @@ impl<R: Real> Simulator<R> {
         }
         self.wrenches.fill(Force::zero());
         if let Some(settings) = &self.settings.self_collision {
-            self.has_wrenches =
-                self_collision_forces(&self.model, &self.capsules, &self.kinematics, settings, &mut self.wrenches);
+            self.has_wrenches = self.self_collision.add_forces(&self.kinematics, settings, &mut self.wrenches);
         }
         for push in &self.external {
             let arm = self.kinematics[push.link].rotation.mul_vec(push.position);
