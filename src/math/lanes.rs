@@ -91,9 +91,8 @@ macro_rules! lane_type {
             }
             #[inline(always)]
             fn set_lane(&mut self, index: usize, value: f64) {
-                let mut lanes = self.0.to_array();
-                lanes[index] = value as $element;
-                self.0 = <$wide>::from(lanes);
+                // In place: a vector that is loaded whole after one of its lanes was stored waits for the store.
+                self.0.as_mut_array()[index] = value as $element;
             }
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
