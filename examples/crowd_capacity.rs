@@ -7,6 +7,7 @@
 //! `cargo run --release --no-default-features --features engine --example crowd_capacity -- [SKATERS]`
 
 use bevy::diagnostic::DiagnosticsStore;
+use bevy::ecs::schedule::{Schedules, SingleThreadedExecutor};
 use bevy::prelude::*;
 use bevy::tasks::{ComputeTaskPool, TaskPoolBuilder};
 use bevy::time::TimeUpdateStrategy;
@@ -21,7 +22,8 @@ fn main() {
     let count: usize = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(64);
     ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(1).build());
     crowd(count);
-    one_skater();
+    one_skater(false);
+    one_skater(true);
 }
 
 /// An app with the shipped skills, whose frames last `frame`, as do its fixed ticks.
@@ -132,8 +134,14 @@ fn timed(name: &str, mut action: impl FnMut()) {
     println!("  {name:10} {least:6.2} us ({median:.2} median)");
 }
 
-fn one_skater() {
+/// The cost of a frame with one skater; systems are handed from thread to thread, as is Bevy's default, or not.
+fn one_skater(single_threaded: bool) {
     let (mut app, character, skills) = app(Duration::from_nanos(1_000_000_000 / 60));
+    if single_threaded {
+        for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {
+            schedule.set_executor(SingleThreadedExecutor::new());
+        }
+    }
     let skill = SkillController::new(skills[0].clone());
     app.world_mut().spawn((Athlete(character), skill));
     (0..60).for_each(|_| app.update());
@@ -145,7 +153,10 @@ fn one_skater() {
         })
         .collect();
     let (least, median) = least_and_median(&mut frames);
-    println!("one skater at 60 frames per second, the whole headless frame: {least:.3} ms ({median:.3} median)");
+    let executor = if single_threaded { ", single-threaded executor" } else { "" };
+    println!(
+        "one skater at 60 frames per second, the whole headless frame{executor}: {least:.3} ms ({median:.3} median)"
+    );
 }
 
 fn least_and_median(times: &mut [f64]) -> (f64, f64) {

@@ -5,6 +5,7 @@
 //!
 //! `cargo run --release --no-default-features --features engine --example soak -- [--minutes N] [--speed TIMES]`
 
+use bevy::ecs::schedule::{Schedules, SingleThreadedExecutor};
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy_athlete::engine::*;
@@ -27,6 +28,10 @@ fn main() {
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
     app.finish();
     app.cleanup();
+    // Ticks are too short here for systems to be handed from thread to thread.
+    for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {
+        schedule.set_executor(SingleThreadedExecutor::new());
+    }
     let server = app.world().resource::<AssetServer>().clone();
     let character: Handle<CharacterAsset> = server.load("characters/skater.character.ron");
     let skill = |name: &str| server.load::<SkillAsset>(format!("skills/skating/{name}/{name}.skill.ron"));
