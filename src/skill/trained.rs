@@ -247,11 +247,14 @@ impl SkillPlayer {
         self.set_gains(sim);
     }
 
-    /// Takes over a moving body at a tick of the motion, with the speed it has.
+    /// Takes over a moving body at a tick of the motion. Commands the speed that the body has, within those that the policy
+    /// was trained for.
     pub fn join(&mut self, sim: &mut Simulator<f64>, tick: usize) {
         self.tracker.join(sim, 0, tick);
         let velocity = sim.total_momentum().linear.lane(0) / sim.model().mass();
-        self.tracker.set_speed(0, (velocity * DVec3::new(1.0, 0.0, 1.0)).length());
+        let mean = self.skill.motion.mean_speed();
+        let (least, most) = self.skill.definition.episode.speed.unwrap_or((mean, mean));
+        self.tracker.set_speed(0, (velocity * DVec3::new(1.0, 0.0, 1.0)).length().clamp(least, most));
         self.step = 0;
         self.set_gains(sim);
     }
