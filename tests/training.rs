@@ -250,19 +250,24 @@ fn a_trial_ends_when_the_reference_was_dragged_round() {
         };
         skill
     };
-    let first_end = |skill: SkillDefinition, clip: &MotionClip, hold: &dyn Fn(&mut Environment<f64>)| {
+    let first_end = |skill: SkillDefinition, clip: &MotionClip, hold: &dyn Fn(&mut Environment<f64>, usize)| {
         let task = Arc::new(SkillTask::new(&skill, preset("skater").unwrap(), clip).unwrap());
         let still = vec![0.0; task.action_size()];
         let mut trial = Environment::<f64>::new(task, 1, 1, &StartSampler::even(1, true));
-        (1..=60).find(|_| {
-            hold(&mut trial);
+        (1..=60).find(|tick| {
+            hold(&mut trial, *tick);
             trial.tick(&still)[0].ending == Ending::Failed
         })
     };
 
-    // A body that spins at 3 rad/s drags the reference from half a radian on: 0.8 rad further after 0.44 s, 13 ticks.
+    // A body that turns by 0.1 rad in a tick drags the reference from half a radian on: 0.8 rad further after 13 ticks.
     let alone = task();
-    let spins = |trial: &mut Environment<f64>| trial.sim.state.root_velocity.angular = Vec3::splat(3.0 * DVec3::Y);
+    let spins = |trial: &mut Environment<f64>, tick: usize| {
+        let pose = &alone.motion.tick(0).pose;
+        let turn = glam::DQuat::from_rotation_y(0.1 * tick as f64);
+        trial.sim.state.set_pose(0, pose.root_position, turn * pose.root_rotation, &pose.joints);
+        trial.sim.state_changed();
+    };
     assert_eq!(first_end(limited(&alone.skill, None), &alone.clip, &spins), None);
     let tick = first_end(limited(&alone.skill, Some(0.8)), &alone.clip, &spins).expect("dragged round, and goes on");
     assert!((11..=20).contains(&tick), "{tick}");
@@ -271,7 +276,7 @@ fn a_trial_ends_when_the_reference_was_dragged_round() {
     let path = "assets/skills/skating/forward_crossover/forward_crossover.skill.ron";
     let skill = SkillDefinition::load(path).unwrap();
     let clip = MotionClip::load(&skill.motion).unwrap();
-    let follows = |trial: &mut Environment<f64>| {
+    let follows = |trial: &mut Environment<f64>, _: usize| {
         let pose = trial.tracker.reference_pose(0);
         trial.sim.state.set_pose(0, pose.root_position, pose.root_rotation, &pose.joints);
         trial.sim.state_changed();
