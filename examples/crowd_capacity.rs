@@ -1,7 +1,8 @@
 //! How many skaters the machine holds: headless, all figures on one thread of the compute pool.
 //!
 //! Nothing to press. Look at the microseconds a skater takes for a tick, alone, in lanes of four (f64) and of eight (f32), at how many skaters
-//! with their policies that makes in real time, at the cost of a frame with one skater, and at the price of a snapshot.
+//! with their policies that makes in real time, at the cost of a frame with one skater against one without, and at the
+//! price of a snapshot.
 //! Least times are those that nothing else on the machine disturbed; medians are what it was like.
 //!
 //! `cargo run --release --no-default-features --features engine --example crowd_capacity -- [SKATERS]`
@@ -134,28 +135,43 @@ fn timed(name: &str, mut action: impl FnMut()) {
     println!("  {name:10} {least:6.2} us ({median:.2} median)");
 }
 
-/// The cost of a frame with one skater; systems are handed from thread to thread, as is Bevy's default, or not.
+/// The cost of a frame with one skater, and of one of an app without athletes; systems are handed from thread to thread, as
+/// is Bevy's default, or not.
 fn one_skater(single_threaded: bool) {
-    let (mut app, character, skills) = app(Duration::from_nanos(1_000_000_000 / 60));
+    let frame = Duration::from_nanos(1_000_000_000 / 60);
+    let (mut skating, character, skills) = app(frame);
+    let mut empty = App::new();
+    empty.add_plugins((MinimalPlugins, AssetPlugin::default()));
+    empty.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
+    empty.insert_resource(Time::<Fixed>::from_duration(frame));
+    empty.finish();
+    empty.cleanup();
     if single_threaded {
-        for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {
-            schedule.set_executor(SingleThreadedExecutor::new());
+        for app in [&mut skating, &mut empty] {
+            for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {
+                schedule.set_executor(SingleThreadedExecutor::new());
+            }
         }
     }
-    let skill = SkillController::new(skills[0].clone());
-    app.world_mut().spawn((Athlete(character), skill));
-    (0..60).for_each(|_| app.update());
-    let mut frames: Vec<f64> = (0..600)
-        .map(|_| {
+    skating.world_mut().spawn((Athlete(character), SkillController::new(skills[0].clone())));
+    let mut frames = [Vec::new(), Vec::new()];
+    for k in 0..660 {
+        for (app, frames) in [&mut skating, &mut empty].into_iter().zip(&mut frames) {
             let begin = Instant::now();
             app.update();
-            begin.elapsed().as_secs_f64() * 1e3
-        })
-        .collect();
-    let (least, median) = least_and_median(&mut frames);
+            if k >= 60 {
+                frames.push(begin.elapsed().as_secs_f64() * 1e3);
+            }
+        }
+    }
+    let [with, without] = &mut frames;
+    let ((least, median), (least_empty, median_empty)) = (least_and_median(with), least_and_median(without));
     let executor = if single_threaded { ", single-threaded executor" } else { "" };
     println!(
-        "one skater at 60 frames per second, the whole headless frame{executor}: {least:.3} ms ({median:.3} median)"
+        "one skater at 60 frames per second, the whole headless frame{executor}: {least:.3} ms ({median:.3} median); \
+         without athletes {least_empty:.3} ({median_empty:.3}): the skater {:.3} ({:.3})",
+        least - least_empty,
+        median - median_empty,
     );
 }
 

@@ -80,6 +80,40 @@ fn a_batch_equals_its_rows_one_by_one() {
 }
 
 #[test]
+fn a_normaliser_deeper_in_the_graph_gives_the_same_bits() {
+    // At the front of the graph it is taken out of it; behind an Identity it is not, nor with another mean in the contract.
+    let mut random = RandomStream::new(73, 0);
+    let layers = network(&[300, 128, 51], Activation::Elu, &mut random);
+    let contract = contract_for(&layers, &mut random);
+    let bytes = policy_bytes(&layers, &contract).unwrap();
+    let mut model = ModelProto::decode(&*bytes).unwrap();
+    let graph = model.graph.as_mut().unwrap();
+    graph.node[0].input[0] = "same".into();
+    let (input, output) = (vec!["observation".into()], vec!["same".into()]);
+    graph.node.insert(0, NodeProto { op_type: "Identity".into(), input, output, ..Default::default() });
+    let front = Policy::from_bytes(&bytes, "front").unwrap();
+    let deep = Policy::from_bytes(&model.encode_to_vec(), "deep").unwrap();
+    for rows in [1, 5, 64] {
+        let raw = observations(&contract, rows, &mut random);
+        let (mut a, mut b) = (Vec::new(), Vec::new());
+        front.act(&raw, rows, &mut a).unwrap();
+        deep.act(&raw, rows, &mut b).unwrap();
+        assert_eq!(a, b, "{rows} rows");
+    }
+    // The graph is what counts: a contract that says something else changes nothing but the golden pair's fate.
+    let mut other = contract.clone();
+    other.normaliser.mean[0] += 0.5;
+    let mut model = ModelProto::decode(&*bytes).unwrap();
+    model.metadata_props[0].value = other.to_json().unwrap();
+    let other = Policy::from_bytes(&model.encode_to_vec(), "other").unwrap();
+    let raw = observations(&contract, 1, &mut random);
+    let (mut a, mut b) = (Vec::new(), Vec::new());
+    front.act(&raw, 1, &mut a).unwrap();
+    other.act(&raw, 1, &mut b).unwrap();
+    assert_eq!(a, b);
+}
+
+#[test]
 fn a_broken_observation_stays_in_its_row() {
     let mut random = RandomStream::new(73, 0);
     let layers = network(&[12, 16, 6], Activation::Relu, &mut random);

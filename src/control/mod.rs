@@ -14,6 +14,8 @@ mod policy_error;
 mod policy_file;
 #[cfg(feature = "policy")]
 mod policy_graph;
+#[cfg(feature = "policy")]
+mod policy_normaliser;
 mod reference;
 pub mod tracking;
 

@@ -3,8 +3,10 @@
 use super::policy_error::PolicyError;
 use super::policy_file::{decode, read_bytes};
 use super::policy_graph::{GraphFault, Widths, check_and_clean};
+use super::policy_normaliser::take_normaliser;
 use crate::asset::card::fingerprint;
-use crate::asset::policy_contract::PolicyContract;
+use crate::asset::policy_contract::{Normaliser, PolicyContract};
+use crate::math::RandomStream;
 use crate::model::CharacterModel;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -33,6 +35,10 @@ pub struct Policy {
     fingerprint: Arc<str>,
     /// One for each entry of [`BLOCKS`].
     plans: Arc<[Arc<TypedSimplePlan>]>,
+    /// The normaliser is not in the plans.
+    normalises: bool,
+    /// Rows of the small block have the bits of rows alone.
+    rows_agree: bool,
 }
 
 impl Policy {
@@ -60,12 +66,15 @@ impl Policy {
                 return Err(PolicyError::Size { file: name.to_owned(), end, network, layout });
             }
         }
+        let normalises = take_normaliser(&mut model, &contract.normaliser);
         // The check above leaves the library no reason to panic; should it find one, it stays a refusal.
         let plans = catch_unwind(AssertUnwindSafe(|| plans(&model, &widths)))
             .unwrap_or_else(|_| Err(TractError::msg("the inference library panicked")))
             .map_err(|e| network_error(name, &e))?;
-        let policy = Self { file, contract: Arc::new(contract), fingerprint: fingerprint(bytes).into(), plans };
+        let (contract, fingerprint) = (Arc::new(contract), fingerprint(bytes).into());
+        let mut policy = Self { file, contract, fingerprint, plans, normalises, rows_agree: false };
         policy.check_golden()?;
+        policy.rows_agree = policy.compare_rows()?;
         Ok(policy)
     }
 
@@ -113,6 +122,36 @@ impl Policy {
     /// network can hide; other rows are not affected. The last bits of an action depend on the processor, and on
     /// whether it was asked for alone or among others.
     pub fn act(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> Result<(), PolicyError> {
+        self.act_by(|left| self.block_for(left), observations, rows, out)
+    }
+
+    /// [`Policy::act`] with the bits that every action has alone: together where that makes no difference on this
+    /// machine, else one by one.
+    #[cfg(feature = "engine")]
+    pub(crate) fn act_each(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> Result<(), PolicyError> {
+        let small = |left: usize| if self.rows_agree { left.min(BLOCKS[1].0) } else { 1 };
+        self.act_by(|left| self.block_for(small(left)), observations, rows, out)
+    }
+
+    /// Whether both are the same policy, read from the same file.
+    #[cfg(feature = "engine")]
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.plans, &other.plans)
+    }
+
+    /// A number that tells it from other policies in memory.
+    #[cfg(feature = "engine")]
+    pub(crate) fn address(&self) -> usize {
+        Arc::as_ptr(&self.plans).addr()
+    }
+
+    fn act_by<'a>(
+        &'a self,
+        block_for: impl Fn(usize) -> (&'a Arc<TypedSimplePlan>, usize),
+        observations: &[f32],
+        rows: usize,
+        out: &mut Vec<f32>,
+    ) -> Result<(), PolicyError> {
         let size = self.contract.observation_size();
         if rows.checked_mul(size) != Some(observations.len()) {
             let (file, found) = (self.file.to_string(), observations.len());
@@ -122,7 +161,7 @@ impl Policy {
         if rows == 0 {
             return Ok(());
         }
-        self.run(observations, rows, out).map_err(|e| network_error(&self.file, &e))?;
+        self.run(block_for, observations, rows, out).map_err(|e| network_error(&self.file, &e))?;
         let actions = out.chunks_exact_mut(self.contract.action_size());
         for (observation, action) in observations.chunks_exact(size).zip(actions) {
             if !observation.iter().all(|v| v.is_finite()) {
@@ -132,26 +171,62 @@ impl Policy {
         Ok(())
     }
 
-    fn run(&self, observations: &[f32], rows: usize, out: &mut Vec<f32>) -> TractResult<()> {
+    fn run<'a>(
+        &self,
+        block_for: impl Fn(usize) -> (&'a Arc<TypedSimplePlan>, usize),
+        observations: &[f32],
+        rows: usize,
+        out: &mut Vec<f32>,
+    ) -> TractResult<()> {
         let (size, width) = (self.contract.observation_size(), self.contract.action_size());
         let mut done = 0;
         while done < rows {
             let left = rows - done;
-            let (plan, block) = self.block_for(left);
+            let (plan, block) = block_for(left);
             let taken = left.min(block);
             let part = &observations[done * size..(done + taken) * size];
-            let input = if taken == block {
-                Tensor::from_shape(&[block, size], part)?
-            } else {
-                let mut filled = part.to_vec();
-                filled.resize(block * size, 0.0);
-                Tensor::from_shape(&[block, size], &filled)?
-            };
+            let mut input = Tensor::zero::<f32>(&[block, size])?;
+            self.prepare(part, &mut input.try_as_plain_ram_mut()?.as_slice_mut::<f32>()?[..taken * size]);
             let result = plan.run(tvec![input.into()])?;
             out.extend_from_slice(&result[0].try_as_plain_ram()?.as_slice::<f32>()?[..taken * width]);
             done += taken;
         }
         Ok(())
+    }
+
+    /// What the plans take for these observations.
+    fn prepare(&self, observations: &[f32], out: &mut [f32]) {
+        if !self.normalises {
+            out.copy_from_slice(observations);
+            return;
+        }
+        let Normaliser { mean, scale, clip } = &self.contract.normaliser;
+        for (row, out) in observations.chunks_exact(mean.len()).zip(out.chunks_exact_mut(mean.len())) {
+            for (((out, seen), mean), scale) in out.iter_mut().zip(row).zip(mean).zip(scale) {
+                *out = ((seen - mean) * scale).max(-clip).min(*clip);
+            }
+        }
+    }
+
+    /// Whether a block gives every row the bits that it has alone. Kernels for one row and for several may sum in
+    /// different orders, depending on the processor; where they do, hundreds of sums do not agree by chance.
+    fn compare_rows(&self) -> Result<bool, PolicyError> {
+        let rows = BLOCKS[1].0;
+        let mut random = RandomStream::new(1, 0);
+        let golden = &self.contract.golden.observation;
+        let observations: Vec<f32> =
+            (0..rows).flat_map(|_| golden.iter()).map(|v| v + random.normal() as f32).collect();
+        let (mut together, mut alone) = (Vec::new(), Vec::new());
+        self.act(&observations, rows, &mut together)?;
+        for (observation, action) in
+            observations.chunks_exact(golden.len()).zip(together.chunks_exact(self.contract.action_size()))
+        {
+            self.act(observation, 1, &mut alone)?;
+            if !alone.iter().map(|v| v.to_bits()).eq(action.iter().map(|v| v.to_bits())) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// The plan for the next of `left` rows, and its number of rows.

@@ -4,13 +4,14 @@
 //! (`lane_steps.rs`). Both ways call the same functions in the same order.
 
 use crate::contact::Terrain;
+use crate::control::tracking::{AllLanes, OneLane};
 use crate::engine::body::still;
 use crate::engine::driver::Driver;
 use crate::engine::ground::Ground;
 use crate::engine::quarantine::bad_input;
 use crate::engine::watch::{Happening, Touches};
 use crate::engine::{AthleteBody, AthleteDetail, AthleteSettings, QuarantineReason};
-use crate::math::Real;
+use crate::math::{Real, Vec3};
 use crate::sim::{Simulator, step};
 use std::time::Duration;
 
@@ -54,24 +55,52 @@ impl AthleteBody {
         }
     }
 
-    /// Sets the targets of the coming step; true if any changed. The simulator has to be up to date where a decision
-    /// is due.
-    pub(super) fn drive(&mut self) -> bool {
-        if self.quarantine.is_some() {
+    /// Gets ready for the decision before the coming step; false if there is none to make. The simulator has to be up to
+    /// date where there is.
+    pub(super) fn prepare_decision(&mut self) -> bool {
+        if self.quarantine.is_some() || !self.driver.at_decision() {
             return false;
         }
-        let decides = self.driver.at_decision();
-        if decides && !self.simulator.is_sane(0) {
+        if !self.simulator.is_sane(0) {
             self.stop(self.what_went_wrong());
             return false;
         }
-        match self.driver.drive(&mut self.simulator) {
-            Ok(commands) if !(decides && self.driver.bad_action()) => commands,
-            _ => {
-                self.stop(QuarantineReason::Policy);
-                false
-            }
+        let Driver::Perform { performer, .. } = &mut self.driver else { return false };
+        performer.prepare(&mut self.simulator);
+        true
+    }
+
+    /// Lets the policy look at the body as it is in lane `lane` of `sim`, kinematics up to date.
+    pub(super) fn observe<R: Real>(&mut self, sim: &Simulator<R>, lane: usize, com_velocity: Vec3<R>) {
+        if let Driver::Perform { performer, .. } = &mut self.driver {
+            performer.player_mut().observe(&OneLane::of(sim, lane, com_velocity));
         }
+    }
+
+    /// Decides about what was observed, alone.
+    pub(super) fn decide_alone(&mut self) {
+        let Some(performer) = self.performer_mut() else { return };
+        let player = performer.player_mut();
+        if player.decide_alone().is_err() || player.bad_action() {
+            self.stop(QuarantineReason::Policy);
+        }
+    }
+
+    /// Decides what the policy said about what was observed; `None` if it could not be asked.
+    pub(super) fn decide(&mut self, action: Option<&[f32]>) {
+        let Some(performer) = self.performer_mut() else { return };
+        let player = performer.player_mut();
+        if let Some(action) = action {
+            player.decide(action);
+        }
+        if action.is_none() || player.bad_action() {
+            self.stop(QuarantineReason::Policy);
+        }
+    }
+
+    /// Sets the targets of the coming step; true if any changed.
+    pub(super) fn drive(&mut self) -> bool {
+        self.quarantine.is_none() && self.driver.drive(&mut self.simulator)
     }
 
     /// Looks at the step that lane `lane` of `sim` has done for this body.
@@ -123,6 +152,12 @@ impl AthleteBody {
     /// Runs the steps of a tick with the body's own simulator.
     pub(super) fn step_alone(&mut self, due: u32, ground: &mut impl Ground) {
         for _ in 0..due {
+            if self.prepare_decision() {
+                if let Driver::Perform { performer, .. } = &mut self.driver {
+                    performer.player_mut().observe(&AllLanes::of(&mut self.simulator));
+                }
+                self.decide_alone();
+            }
             self.drive();
             if self.quarantine.is_some() {
                 return;

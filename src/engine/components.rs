@@ -48,8 +48,9 @@ pub enum AthletePrecision {
     #[default]
     Double,
     /// f32, up to eight athletes in lanes: for crowds, nearly twice as many. It is the precision that policies are trained in.
-    /// Places are exact to 0.03 mm at 500 m from the origin. The bits are other ones than with `Double`, but as little
-    /// as there do they depend on the machine, the threads, or who else is there.
+    /// Places are exact to 0.03 mm at 500 m from the origin. The bits are other ones than with `Double`. As there they do not
+    /// depend on the threads or on who else is there; but products and sums are fused where the processor can, as in
+    /// training, so they are those of another machine only if both were built for the same instruction set.
     ///
     /// An athlete that holds on to something, is pushed by [`AthleteForces`](super::AthleteForces), or stands on a ground of
     /// its own is simulated in f64 meanwhile.

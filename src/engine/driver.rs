@@ -1,7 +1,7 @@
 //! What tells the joints of a body where to go.
 
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::control::{ControlPlayer, PolicyError, ReconstructedControl};
+use crate::control::{ControlPlayer, ReconstructedControl};
 use crate::engine::Placement;
 use crate::engine::performer::Performer;
 use crate::sim::Simulator;
@@ -28,26 +28,14 @@ impl Driver {
     }
 
     /// Sets the targets of the coming step; true if any changed.
-    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<bool, PolicyError> {
+    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> bool {
         match self {
             Self::Play { player, finished: None, .. } => {
                 let commands = player.commands_now();
                 player.drive(sim);
-                Ok(commands)
+                commands
             }
-            Self::Perform { performer, .. } => {
-                let commands = performer.player().commands_now();
-                performer.drive(sim)?;
-                Ok(commands)
-            }
-            Self::Hold | Self::Play { .. } => Ok(false),
-        }
-    }
-
-    /// Whether the last decision cannot be used.
-    pub fn bad_action(&self) -> bool {
-        match self {
-            Self::Perform { performer, .. } => performer.player().bad_action(),
+            Self::Perform { performer, .. } => performer.move_targets(sim),
             Self::Hold | Self::Play { .. } => false,
         }
     }

@@ -3,14 +3,18 @@
 //!
 //! A lane has the bits of a run alone, so neither the grouping nor the number of threads shows in any result; bodies in
 //! lanes cost little more than one alone. Bodies of single precision are in lanes of eight even where they are alone.
-//! Policies decide body by body: the last bits of a network's output depend on how many rows it is asked for at once.
+//! The last bits of a network's output may depend on how many rows it is asked for at once. Who decides at the same steps
+//! by the same policy is put into the same group, and they decide together where the machine gives each row the bits that
+//! it has alone, else one by one.
 
 use crate::contact::World as Surroundings;
+use crate::control::tracking::com_velocity;
 use crate::engine::watch::Touches;
 use crate::engine::{AthleteBody, AthletePrecision, AthleteSettings};
-use crate::math::{F32x8, F64x4, Real};
+use crate::math::{F32x8Fused, F64x4, Real};
 use crate::model::SharedModel;
 use crate::sim::{SimulationSettings, Simulator, step};
+use crate::skill::{Rhythm, SkillPlayer};
 use bevy::prelude::*;
 use bevy::tasks::{ComputeTaskPool, TaskPool};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,12 +42,22 @@ pub(super) struct Due<'a> {
 #[derive(Debug, Default)]
 pub(super) struct LaneSimulators {
     double: Waiting<F64x4>,
-    single: Waiting<F32x8>,
+    single: Waiting<F32x8Fused>,
 }
 
 /// Simulators of one kind of lane.
 #[derive(Debug)]
-struct Waiting<R: Real>(Mutex<Vec<Simulator<R>>>);
+struct Waiting<R: Real>(Mutex<Vec<Common<R>>>);
+
+/// A common simulator, and room for what the policies of those in its lanes see and say.
+#[derive(Debug)]
+struct Common<R: Real> {
+    sim: Simulator<R>,
+    /// Lanes that decide by the same policy, what it sees of them, and what it says.
+    lanes: Vec<usize>,
+    rows: Vec<f32>,
+    actions: Vec<f32>,
+}
 
 impl<R: Real> Default for Waiting<R> {
     fn default() -> Self {
@@ -52,30 +66,30 @@ impl<R: Real> Default for Waiting<R> {
 }
 
 impl<R: Real> Waiting<R> {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Simulator<R>>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Common<R>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Steps a group with a simulator that waits, or a new one.
     fn step(&self, group: &mut [Due], surroundings: &Surroundings) {
         let (model, settings) = (group[0].body.model(), *group[0].body.simulator().settings());
-        let mut sim = self.take(model, settings);
-        step_together(group, &mut sim, surroundings);
-        self.lock().push(sim);
+        let mut common = self.take(model, settings);
+        common.step(group, surroundings);
+        self.lock().push(common);
     }
 
-    fn take(&self, model: &SharedModel, settings: SimulationSettings) -> Simulator<R> {
+    fn take(&self, model: &SharedModel, settings: SimulationSettings) -> Common<R> {
         let mut free = self.lock();
-        let found = free.iter().position(|s| Arc::ptr_eq(s.model(), model)).map(|at| free.swap_remove(at));
+        let found = free.iter().position(|c| Arc::ptr_eq(c.sim.model(), model)).map(|at| free.swap_remove(at));
         drop(free);
-        let mut sim = found.unwrap_or_else(|| Simulator::new(model.clone(), settings));
-        sim.set_settings(settings);
-        sim
+        let mut common = found.unwrap_or_else(|| Common::new(Simulator::new(model.clone(), settings)));
+        common.sim.set_settings(settings);
+        common
     }
 
     /// Simulators of models that nobody uses any more go.
     fn keep(&self, groups: &[Vec<Due>]) {
-        self.lock().retain(|s| groups.iter().any(|g| Arc::ptr_eq(g[0].body.model(), s.model())));
+        self.lock().retain(|c| groups.iter().any(|g| Arc::ptr_eq(g[0].body.model(), c.sim.model())));
     }
 }
 
@@ -120,8 +134,35 @@ fn fit(a: &Due, b: &Due) -> bool {
     same && Arc::ptr_eq(x.model(), y.model()) && x.settings() == y.settings()
 }
 
+fn lanes_for(due: &Due) -> usize {
+    if is_single(due) { F32x8Fused::LANES } else { F64x4::LANES }
+}
+
+/// Bodies in the order in which they are put into groups. First those of whom a whole group decides at the same steps by
+/// the same policy; then the others by where they are in their motions, since contact is solved for the blades of all lanes.
+fn in_rhythm(mut due: Vec<Due>) -> Vec<Due> {
+    let rhythm = |d: &Due| d.body.skill_player().map(SkillPlayer::rhythm);
+    due.sort_by_key(rhythm);
+    let keys: Vec<_> = due.iter().map(rhythm).collect();
+    let mut whole = vec![false; due.len()];
+    let together =
+        |a: &Option<Rhythm>, b: &Option<Rhythm>| a.map(|r| (r.policy, r.step)) == b.map(|r| (r.policy, r.step));
+    let mut start = 0;
+    for run in keys.chunk_by(together) {
+        let size = lanes_for(&due[start]);
+        whole[start..start + run.len() / size * size].fill(true);
+        start += run.len();
+    }
+    let mut whole = whole.into_iter();
+    let (mut order, mut rest): (Vec<_>, Vec<_>) = due.into_iter().partition(|_| whole.next() == Some(true));
+    rest.sort_by_key(|d| rhythm(d).map(|r| (r.policy, r.tick, r.step)));
+    order.append(&mut rest);
+    order
+}
+
 /// Groups of bodies that can step together; without lanes, of one.
 fn group(due: Vec<Due>, lanes: bool) -> Vec<Vec<Due>> {
+    let due = if lanes { in_rhythm(due) } else { due };
     let mut groups: Vec<Vec<Due>> = Vec::with_capacity(due.len());
     // Those that have room left.
     let mut open: Vec<usize> = Vec::new();
@@ -132,7 +173,7 @@ fn group(due: Vec<Due>, lanes: bool) -> Vec<Vec<Due>> {
         }
         match open.iter().position(|&g| fit(&groups[g][0], &due)) {
             Some(k) => {
-                let size = if is_single(&due) { F32x8::LANES } else { F64x4::LANES };
+                let size = lanes_for(&due);
                 let members = &mut groups[open[k]];
                 members.push(due);
                 if members.len() == size {
@@ -148,40 +189,91 @@ fn group(due: Vec<Due>, lanes: bool) -> Vec<Vec<Due>> {
     groups
 }
 
-/// The steps of bodies that fit each other, each in a lane; lanes that are left over repeat the last body.
-fn step_together<R: Real>(group: &mut [Due], sim: &mut Simulator<R>, surroundings: &Surroundings) {
-    let last = group.len() - 1;
-    for lane in 0..R::LANES {
-        sim.put_lane(lane, group[lane.min(last)].body.simulator(), 0);
+impl<R: Real> Common<R> {
+    fn new(sim: Simulator<R>) -> Self {
+        Self { sim, lanes: Vec::new(), rows: Vec::new(), actions: Vec::new() }
     }
-    sim.state.grip_anchors.fill(None);
-    sim.forget_terrain_failures();
-    for _ in 0..group[0].steps {
-        for (lane, due) in group.iter_mut().enumerate() {
-            if due.body.drive() {
-                put_commands(sim, lane, last, due.body);
+
+    /// The steps of bodies that fit each other, each in a lane; lanes that are left over repeat the last body.
+    fn step(&mut self, group: &mut [Due], surroundings: &Surroundings) {
+        let last = group.len() - 1;
+        for lane in 0..R::LANES {
+            self.sim.put_lane(lane, group[lane.min(last)].body.simulator(), 0);
+        }
+        self.sim.state.grip_anchors.fill(None);
+        self.sim.forget_terrain_failures();
+        for _ in 0..group[0].steps {
+            self.decide(group);
+            let sim = &mut self.sim;
+            for (lane, due) in group.iter_mut().enumerate() {
+                if due.body.drive() {
+                    put_commands(sim, lane, last, due.body);
+                }
+            }
+            step(sim, surroundings);
+            let touches = Touches::of(sim, &group[0].body.watch);
+            for (lane, due) in group.iter_mut().enumerate() {
+                let body = &mut *due.body;
+                // One that was stopped in the middle of the tick stays where it was; its lane goes on unseen.
+                if body.quarantine.is_some() {
+                    continue;
+                }
+                body.watch_step(sim, lane, &touches, surroundings);
+                if body.looks_at_state() {
+                    body.simulator.take_lane(sim, lane);
+                }
+                if body.after_step() {
+                    put_commands(sim, lane, last, body);
+                }
             }
         }
-        step(sim, surroundings);
-        let touches = Touches::of(sim, &group[0].body.watch);
         for (lane, due) in group.iter_mut().enumerate() {
-            let body = &mut *due.body;
-            // One that was stopped in the middle of the tick stays where it was; its lane goes on unseen.
-            if body.quarantine.is_some() {
-                continue;
-            }
-            body.watch_step(sim, lane, &touches, surroundings);
-            if body.looks_at_state() {
-                body.simulator.take_lane(sim, lane);
-            }
-            if body.after_step() {
-                put_commands(sim, lane, last, body);
+            if due.body.quarantine.is_none() {
+                due.body.simulator.take_lane(&self.sim, lane);
             }
         }
     }
-    for (lane, due) in group.iter_mut().enumerate() {
-        if due.body.quarantine.is_none() {
-            due.body.simulator.take_lane(sim, lane);
+
+    /// The decisions that are due before a step.
+    fn decide(&mut self, group: &mut [Due]) {
+        // The velocity of the centre of mass is asked for once, if anybody decides.
+        let mut velocity = None;
+        self.lanes.clear();
+        for (lane, due) in group.iter_mut().enumerate() {
+            if due.body.prepare_decision() {
+                let velocity = *velocity.get_or_insert_with(|| com_velocity(&mut self.sim));
+                due.body.observe(&self.sim, lane, velocity);
+                self.lanes.push(lane);
+            }
+        }
+        while let Some(&first) = self.lanes.first() {
+            self.decide_like(first, group);
+        }
+    }
+
+    /// Lets all lanes that are left decide who have the policy of lane `first`.
+    fn decide_like(&mut self, first: usize, group: &mut [Due]) {
+        let Some(skill) = group[first].body.skill_player().map(|player| player.skill().clone()) else {
+            self.lanes.retain(|lane| *lane != first);
+            return;
+        };
+        self.rows.clear();
+        let mut asked = 0_u32;
+        for &lane in &self.lanes {
+            if let Some(player) = group[lane].body.skill_player()
+                && player.skill().policy.is(&skill.policy)
+            {
+                self.rows.extend_from_slice(player.observation());
+                asked |= 1 << lane;
+            }
+        }
+        self.lanes.retain(|lane| asked >> lane & 1 == 0);
+        let result = skill.policy.act_each(&self.rows, asked.count_ones() as usize, &mut self.actions);
+        let mut actions = self.actions.chunks_exact(skill.policy.contract().action_size());
+        for (lane, due) in group.iter_mut().enumerate() {
+            if asked >> lane & 1 == 1 {
+                due.body.decide(if result.is_ok() { actions.next() } else { None });
+            }
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Performers: what makes a body perform trained skills.
 
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::engine::Placement;
 use crate::math::Quat;
@@ -33,19 +32,22 @@ impl Performer {
         }
     }
 
-    /// The targets of the coming step.
-    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+    /// What comes before a decision: another skill, where it is time.
+    pub fn prepare(&mut self, sim: &mut Simulator<f64>) {
         match self {
-            Self::Skill { player, speed, steering, .. } => {
-                if let Some(speed) = speed {
-                    player.set_speed(*speed);
-                }
-                player.set_steering(*steering);
-                player.drive(sim)
-            }
-            Self::Program(player) => player.drive(sim),
-            Self::Steered { player, wish } => player.drive(sim, wish),
+            Self::Skill { player, speed: Some(speed), .. } => player.set_speed(*speed),
+            Self::Skill { .. } => {}
+            Self::Program(player) => player.prepare(sim),
+            Self::Steered { player, wish } => player.prepare(sim, wish),
         }
+    }
+
+    /// Moves the targets to where they are in the coming step; false if they stay.
+    pub fn move_targets(&mut self, sim: &mut Simulator<f64>) -> bool {
+        if let Self::Skill { player, steering, .. } = self {
+            player.set_steering(*steering);
+        }
+        self.player_mut().move_targets(sim)
     }
 
     /// After a step.
@@ -162,6 +164,15 @@ impl Performer {
             Self::Skill { player, .. } => player,
             Self::Program(player) => player.player(),
             Self::Steered { player, .. } => player.player(),
+        }
+    }
+
+    /// The player of the present skill.
+    pub fn player_mut(&mut self) -> &mut SkillPlayer {
+        match self {
+            Self::Skill { player, .. } => player,
+            Self::Program(player) => player.player_mut(),
+            Self::Steered { player, .. } => player.player_mut(),
         }
     }
 }

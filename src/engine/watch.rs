@@ -5,7 +5,7 @@ use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
 use crate::engine::QuarantineReason;
 use crate::engine::body::standing_height;
-use crate::math::{Quat, Real, Vec3};
+use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
 use bevy::math::DVec3;
@@ -66,15 +66,14 @@ struct FlightWatch {
 }
 
 impl FlightWatch {
-    fn observe<R: Real>(&mut self, sim: &Simulator<R>, lane: usize, touching: bool) {
-        let heading = Heading::of(Quat::<f64>::splat(sim.state.root_rotation.lane(lane)));
-        let height = sim.state.root_position.y.lane(lane);
+    fn observe(&mut self, heading: (f64, f64), height: f64, touching: bool) {
         if touching {
-            *self = Self { low: height, high: height, heading: (heading.c, heading.s), turned: 0.0 };
+            *self = Self { low: height, high: height, heading, turned: 0.0 };
         } else {
             // Within a step the sine of the turn is the turn.
-            self.turned += heading.relative_to(Heading { c: self.heading.0, s: self.heading.1 }).s;
-            self.heading = (heading.c, heading.s);
+            let of = |(c, s): (f64, f64)| Heading { c, s };
+            self.turned += of(heading).relative_to(of(self.heading)).s;
+            self.heading = heading;
             self.high = self.high.max(height);
         }
     }
@@ -85,6 +84,8 @@ impl FlightWatch {
 pub(super) struct Touches<R: Real> {
     any: R::Mask,
     trunk: R::Mask,
+    /// Where the roots face.
+    heading: Heading<R>,
 }
 
 impl<R: Real> Touches<R> {
@@ -102,7 +103,7 @@ impl<R: Real> Touches<R> {
         for impulse in &sim.state.grip_impulses {
             any = any | touches(impulse);
         }
-        Self { any, trunk }
+        Self { any, trunk, heading: Heading::of(sim.state.root_rotation) }
     }
 }
 
@@ -182,7 +183,8 @@ impl Watch {
             self.airborne = true;
         }
 
-        self.flight.observe(sim, lane, touching);
+        let Heading { c, s } = touches_now.heading;
+        self.flight.observe((c.lane(lane), s.lane(lane)), sim.state.root_position.y.lane(lane), touching);
 
         // The height is only asked for where it matters: while the trunk touches, and after a fall.
         if self.fallen || on_trunk {

@@ -37,6 +37,8 @@ pub use prepare::forbidden_points;
 pub use program::{ProgramDefinition, ProgramElement, ProgramError, ProgramNews, ProgramPlayer};
 #[cfg(feature = "policy")]
 pub use steering::{SteeringPlayer, Wish};
+#[cfg(feature = "engine")]
+pub(crate) use trained::Rhythm;
 #[cfg(feature = "policy")]
 pub use trained::{SkillPlayer, TrainedSkill, TrainedSkillError};
 pub use transition::{ENTRY, Transition, best_transition, tick_distance};

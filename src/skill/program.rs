@@ -218,6 +218,10 @@ impl ProgramPlayer {
     pub fn player(&self) -> &SkillPlayer {
         &self.player
     }
+    #[cfg(feature = "engine")]
+    pub(crate) fn player_mut(&mut self) -> &mut SkillPlayer {
+        &mut self.player
+    }
     /// What happened since this was last asked.
     pub fn take_news(&mut self) -> Option<ProgramNews> {
         self.news.take()
@@ -294,10 +298,15 @@ impl ProgramPlayer {
     /// Sets the servo targets of the coming step. Call it before each step.
     pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
         if self.player.at_decision() {
-            self.go_on(sim);
-            self.age += 1;
+            self.prepare(sim);
         }
         self.player.drive(sim)
+    }
+
+    /// What comes before a decision: going on to the next element, where it is time.
+    pub(crate) fn prepare(&mut self, sim: &mut Simulator<f64>) {
+        self.go_on(sim);
+        self.age += 1;
     }
 
     /// Call it after each step.

@@ -79,6 +79,10 @@ impl SteeringPlayer {
     pub fn player(&self) -> &SkillPlayer {
         &self.player
     }
+    #[cfg(feature = "engine")]
+    pub(crate) fn player_mut(&mut self) -> &mut SkillPlayer {
+        &mut self.player
+    }
     /// Name of the skill that has begun since this was last asked.
     pub fn take_begun(&mut self) -> Option<&str> {
         let k = self.begun.take()?;
@@ -132,7 +136,7 @@ impl SteeringPlayer {
     /// Sets the servo targets of the coming step. Call it before each step. A wish that was begun is taken out.
     pub fn drive(&mut self, sim: &mut Simulator<f64>, wish: &mut Wish) -> Result<(), PolicyError> {
         if self.player.at_decision() {
-            self.choose(sim, wish);
+            self.prepare(sim, wish);
         }
         self.player.drive(sim)
     }
@@ -142,7 +146,7 @@ impl SteeringPlayer {
         self.player.after_step(sim);
     }
 
-    fn choose(&mut self, sim: &mut Simulator<f64>, wish: &mut Wish) {
+    pub(crate) fn prepare(&mut self, sim: &mut Simulator<f64>, wish: &mut Wish) {
         let velocity = sim.total_momentum().linear.lane(0) / sim.model().mass();
         let off = deviation(velocity, wish.direction);
         let here = &self.known[self.now];

@@ -3,7 +3,7 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::{
-    Heading, ObservationLayout, PolicyMirror, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
+    AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
 };
 use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
@@ -131,6 +131,15 @@ pub struct SkillPlayer {
     bad_action: bool,
 }
 
+/// Who agrees in policy and step decides together; who is at nearly the same tick touches the ice with the same blade.
+#[cfg(feature = "engine")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Rhythm {
+    pub policy: usize,
+    pub step: usize,
+    pub tick: usize,
+}
+
 impl SkillPlayer {
     /// A player at the start of the skill. `rate` is that of the simulation, steps per second; `None` if it is no multiple
     /// of [`TICK_PARTS`] times the decisions per second.
@@ -168,8 +177,13 @@ impl SkillPlayer {
     pub fn at_decision(&self) -> bool {
         self.step == 0
     }
-    /// Whether the next [`SkillPlayer::drive`] sets targets.
-    pub fn commands_now(&self) -> bool {
+    /// Which policy decides, steps since its last decision, and the tick of the motion.
+    #[cfg(feature = "engine")]
+    pub(crate) fn rhythm(&self) -> Rhythm {
+        Rhythm { policy: self.skill.policy.address(), step: self.step, tick: self.tick() }
+    }
+    /// Whether a part of a tick begins with the next [`SkillPlayer::drive`].
+    fn commands_now(&self) -> bool {
         self.step.is_multiple_of(self.steps_per_part)
     }
     /// Whether the action of the last decision held a number that is not finite.
@@ -261,18 +275,27 @@ impl SkillPlayer {
 
     /// Sets the servo targets of the coming step. Call it before each step. An action that is no number counts as none.
     pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
-        if self.step == 0 {
-            self.decide(sim)?;
+        if self.at_decision() {
+            self.observe(&AllLanes::of(sim));
+            self.decide_alone()?;
         }
-        if self.commands_now() {
-            let part = self.step / self.steps_per_part + 1;
-            self.tracker.command(sim, part as f64 / TICK_PARTS as f64);
+        self.move_targets(sim);
+        Ok(())
+    }
+
+    /// Moves the servo targets to where they are in the coming step, which is counted; false if they stay.
+    pub(crate) fn move_targets(&mut self, sim: &mut Simulator<f64>) -> bool {
+        let part = (self.step / self.steps_per_part) as f64 / TICK_PARTS as f64;
+        // Once the ramp is over, they are there.
+        let moves = self.commands_now() && part < self.tracker.options().ramp;
+        if moves {
+            self.tracker.command(sim, part + 1.0 / TICK_PARTS as f64);
         }
         self.step += 1;
         if self.step == TICK_PARTS * self.steps_per_part {
             self.step = 0;
         }
-        Ok(())
+        moves
     }
 
     /// Moves the reference on after the last step of a tick; call it after each step.
@@ -283,15 +306,34 @@ impl SkillPlayer {
         }
     }
 
-    fn decide(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+    /// Looks at the body: the first half of a decision.
+    pub(crate) fn observe(&mut self, body: &impl SeenBody<f64>) {
         self.seen.clear();
-        self.tracker.observe(sim, &mut self.seen);
+        self.tracker.observe_body(body, &mut self.seen);
         self.row.clear();
         match &self.skill.mirror {
             Some(mirror) => mirror.observation(&self.seen, &mut self.row),
             None => self.row.extend(self.seen.iter().map(|v| *v as f32)),
         }
+    }
+
+    /// Asks the policy about what was observed, for this body alone: the second half of a decision.
+    pub(crate) fn decide_alone(&mut self) -> Result<(), PolicyError> {
         self.skill.policy.act(&self.row, 1, &mut self.action)?;
+        self.take_action();
+        Ok(())
+    }
+
+    /// Decides what the policy said about what was observed: `action` is its row.
+    #[cfg(feature = "engine")]
+    pub(crate) fn decide(&mut self, action: &[f32]) {
+        self.action.clear();
+        self.action.extend_from_slice(action);
+        self.take_action();
+    }
+
+    /// Makes the action the targets of the coming tick.
+    fn take_action(&mut self) {
         if let Some(mirror) = &self.skill.mirror {
             mirror.action(&mut self.action, &mut self.spare);
         }
@@ -304,7 +346,6 @@ impl SkillPlayer {
             };
             Vec3::new(part(0), part(1), part(2))
         });
-        Ok(())
     }
 }
 

@@ -28,7 +28,18 @@ pub struct Chart {
     pub curves: Vec<Curve>,
 }
 
-const COLORS: [[u8; 3]; 5] = [[31, 97, 167], [214, 90, 30], [50, 140, 60], [130, 70, 160], [110, 110, 110]];
+const COLORS: [[u8; 3]; 8] = [
+    [31, 97, 167],
+    [214, 90, 30],
+    [50, 140, 60],
+    [130, 70, 160],
+    [110, 110, 110],
+    [196, 160, 20],
+    [20, 160, 170],
+    [200, 40, 90],
+];
+/// Height of a line of the legend, where it has lines of its own.
+const LEGEND_LINE: f32 = 14.0;
 const LEFT: f32 = 56.0;
 const RIGHT: f32 = 16.0;
 const TOP: f32 = 34.0;
@@ -65,7 +76,9 @@ pub fn charts_png(charts: &[Chart], width: u32, height: u32) -> Result<Vec<u8>, 
 
 fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
     let ink = Color::from_rgba8(40, 40, 46, 255);
-    let (x0, x1, y0, y1) = (LEFT, width - RIGHT, top + height - BOTTOM, top + TOP);
+    let (names, rows) = legend(chart, LEFT, width - RIGHT);
+    let (x0, x1, y0) = (LEFT, width - RIGHT, top + height - BOTTOM);
+    let y1 = top + TOP + LEGEND_LINE * rows as f32;
     let finite =
         |c: &Curve| c.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect::<Vec<_>>();
     let lines: Vec<Vec<(f64, f64)>> = chart.curves.iter().map(finite).collect();
@@ -97,13 +110,10 @@ fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
     draw_text(pixmap, label, x1 - text_width(label, 8.0), y0 + 28.0, 8.0, ink);
 
     // Lines and legend.
-    let mut legend = x1;
     for (n, points) in lines.iter().enumerate() {
         let color = COLORS[n % COLORS.len()];
-        let name = &chart.curves[n].name;
-        legend -= text_width(name, 8.0) + 16.0;
-        let [r, g, b] = color;
-        draw_text(pixmap, name, legend, top + 20.0, 8.0, Color::from_rgba8(r, g, b, 255));
+        let ([r, g, b], (x, y)) = (color, names[n]);
+        draw_text(pixmap, &chart.curves[n].name, x, top + y, 8.0, Color::from_rgba8(r, g, b, 255));
         let mut builder = PathBuilder::new();
         for (k, &p) in points.iter().enumerate() {
             let (x, y) = place(p);
@@ -114,4 +124,29 @@ fn draw(pixmap: &mut Pixmap, chart: &Chart, top: f32, width: f32, height: f32) {
             pixmap.stroke_path(&path, &paint(color), &stroke, Transform::identity(), None);
         }
     }
+}
+
+/// Where the names of the curves are written, and how many lines of their own they take: none, at the right of the title,
+/// where they fit there.
+fn legend(chart: &Chart, x0: f32, x1: f32) -> (Vec<(f32, f32)>, usize) {
+    let wide = |curve: &Curve| text_width(&curve.name, 8.0) + 16.0;
+    let total: f32 = chart.curves.iter().map(wide).sum();
+    let mut x = x1;
+    if x0 + text_width(&chart.title, 10.0) + total <= x1 {
+        let mut place = |curve| {
+            x -= wide(curve);
+            (x, 20.0)
+        };
+        return (chart.curves.iter().map(&mut place).collect(), 0);
+    }
+    let mut rows = 0;
+    let place = |curve| {
+        if rows == 0 || x + wide(curve) > x1 {
+            (x, rows) = (x0, rows + 1);
+        }
+        let at = (x, 20.0 + LEGEND_LINE * rows as f32);
+        x += wide(curve);
+        at
+    };
+    (chart.curves.iter().map(place).collect(), rows)
 }

@@ -82,6 +82,9 @@ pub struct Train {
     /// Divergence at which an iteration's update stops [default: 0.06]
     #[arg(long)]
     divergence: Option<f32>,
+    /// Discount of a decision, 0 to 1: how far ahead the policy looks [default: 0.97]
+    #[arg(long)]
+    discount: Option<f32>,
     /// Folder of the results; by default runs/NAME
     #[arg(long)]
     out: Option<PathBuf>,
@@ -136,6 +139,7 @@ impl Train {
         put(self.average, &mut options.average);
         put(self.pods, &mut options.pods);
         put(self.divergence, &mut options.divergence);
+        put(self.discount, &mut options.gamma);
         put(self.even_starts, &mut options.even_starts);
         if let Some(text) = &self.sigma {
             let (first, last) = pair(text, "--sigma")?;

@@ -8,10 +8,14 @@ mod heading;
 mod layout;
 mod mirror;
 mod motion;
+mod seen_body;
 mod tracker;
 
 pub use heading::Heading;
 pub use layout::ObservationLayout;
 pub use mirror::{PolicyMirror, mirror_links};
 pub use motion::{CycleShift, TrackedMotion, TrackedTick};
+pub(crate) use seen_body::{AllLanes, SeenBody};
+#[cfg(feature = "engine")]
+pub(crate) use seen_body::{OneLane, com_velocity};
 pub use tracker::{Tracker, TrackerOptions, TrackingTerms};

@@ -10,7 +10,7 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::gathered::Gathered;
-use crate::control::tracking::{Heading, TrackedMotion};
+use crate::control::tracking::{AllLanes, Heading, SeenBody, TrackedMotion};
 use crate::math::{Quat, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::Simulator;
@@ -288,10 +288,14 @@ impl<R: Real> Tracker<R> {
 
     /// What a policy sees, appended to `out` in the order of [`ObservationLayout`](super::ObservationLayout).
     pub fn observe(&self, sim: &mut Simulator<R>, out: &mut Vec<R>) {
-        let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
-        let root_position = sim.state.root_position;
-        let root_rotation = sim.state.root_rotation;
-        let velocity = sim.state.root_velocity;
+        self.observe_body(&AllLanes::of(sim), out);
+    }
+
+    /// [`Tracker::observe`] of a body that may be in a lane of a simulator of another kind.
+    #[inline]
+    pub(crate) fn observe_body(&self, body: &impl SeenBody<R>, out: &mut Vec<R>) {
+        let (root_position, root_rotation) = body.root();
+        let velocity = body.root_velocity();
         let heading = Heading::of(root_rotation);
         let reference_heading = Heading::of(self.reference_rotation());
         let vector = |v: Vec3<R>, out: &mut Vec<R>| out.extend([v.x, v.y, v.z]);
@@ -303,30 +307,31 @@ impl<R: Real> Tracker<R> {
         vector(heading.to_local(velocity.linear), out);
         vector(heading.to_local(velocity.angular), out);
         vector((root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector(), out);
-        vector(heading.to_local(self.wanted_velocity() - com_velocity), out);
+        vector(heading.to_local(self.wanted_velocity() - body.com_velocity()), out);
         let turn = reference_heading.relative_to(heading);
         out.extend([turn.c, turn.s]);
         let offset = heading.to_local(self.reference_root() - root_position);
         let one = R::one();
         out.extend([offset.x.clamp(-one, one), offset.y, offset.z.clamp(-one, one), self.speed]);
 
-        let model = sim.model().clone();
-        let links = sim.kinematics();
-        for link in &links[1..] {
-            vector(heading.to_local(link.origin), out);
-            vector(heading.to_local(link.velocity.linear - velocity.linear), out);
+        let model = body.model();
+        for link in 1..model.links.len() {
+            let (origin, moves) = body.link(link);
+            vector(heading.to_local(origin), out);
+            vector(heading.to_local(moves - velocity.linear), out);
         }
         for blade in &model.blades {
             for point in [blade.toe, blade.heel] {
                 let p = &model.contact_points[point];
-                let link = &links[p.link];
-                let y = root_position.y + link.origin.y + link.rotation.mul_vec(Vec3::splat(p.position)).y;
+                let arm = body.link_rotation(p.link).mul_vec(Vec3::splat(p.position));
+                let y = root_position.y + body.link(p.link).0.y + arm.y;
                 out.push(y.clamp(-R::splat(0.1), R::splat(0.5)));
             }
         }
-        for (joint, target) in sim.state.joints.iter().zip(&self.next.joints).skip(1) {
-            vector((joint.rotation.conjugate() * *target).to_rotation_vector(), out);
-            vector(joint.velocity, out);
+        for (link, target) in self.next.joints.iter().enumerate().skip(1) {
+            let (rotation, velocity) = body.joint(link);
+            vector((rotation.conjugate() * *target).to_rotation_vector(), out);
+            vector(velocity, out);
         }
     }
 

@@ -219,7 +219,9 @@ impl Trainer {
     /// Begins a training.
     pub fn new(task: SkillTask, options: TrainOptions) -> Result<Self, TrainError> {
         check(&options)?;
-        let rows = task.trials()?.into_iter().map(|(_, row)| row).collect();
+        // Measured as it will be judged and played, at the character's own rate.
+        let judged = task.at_rate(task.model.step_rate)?;
+        let rows = judged.trials()?.into_iter().map(|(_, row)| row).collect();
         let task = Arc::new(task);
         let (inputs, outputs) = (task.layout.size(), task.action_size());
         let sizes = |last: usize| -> Vec<usize> {
