@@ -1,4 +1,4 @@
-//! How many skaters the machine holds: headless, all figures on one thread of the compute pool.
+//! How many skaters the machine holds: headless; a crowd on one thread.
 //!
 //! Nothing to press. Look at the microseconds a skater takes for a tick, alone, in lanes of four (f64) and of eight (f32), at how many skaters
 //! with their policies that makes in real time, at the cost of a frame with one skater against one without, and at the
@@ -15,16 +15,27 @@ use bevy::time::TimeUpdateStrategy;
 use bevy_athlete::engine::*;
 use std::time::{Duration, Instant};
 
+/// The argument that measures the frames of one skater only.
+const FRAMES: &str = "frames";
 /// Ticks in a block; blocks with and without lanes take turns.
 const BLOCK: usize = 32;
 const BLOCKS: usize = 8;
 
 fn main() {
-    let count: usize = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(64);
-    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(1).build());
+    let argument = std::env::args().nth(1);
+    if argument.as_deref() == Some(FRAMES) {
+        one_skater(false);
+        one_skater(true);
+        return;
+    }
+    let count: usize = argument.and_then(|n| n.parse().ok()).unwrap_or(64);
+    // The thread that runs the systems steps all skaters.
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(0).build());
     crowd(count);
-    one_skater(false);
-    one_skater(true);
+    // Frames are those of an ordinary app, whose pools have threads: in a process of its own.
+    let program = std::env::current_exe().expect("the path of this program");
+    let status = std::process::Command::new(program).arg(FRAMES).status().expect("this program again");
+    assert!(status.success(), "the frames of one skater");
 }
 
 /// An app with the shipped skills, whose frames last `frame`, as do its fixed ticks.

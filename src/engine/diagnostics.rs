@@ -1,6 +1,7 @@
 //! Figures of the simulation in Bevy's `DiagnosticsStore`.
 
 use crate::engine::AthleteSystems;
+use crate::engine::plugin::on_main_thread;
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
@@ -39,7 +40,7 @@ impl Plugin for AthleteDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(Self::STEPS))
             .register_diagnostic(Diagnostic::new(Self::QUARANTINED))
             .init_resource::<StepTally>()
-            .add_systems(FixedPostUpdate, measure.in_set(AthleteSystems::WriteBack));
+            .add_systems(FixedPostUpdate, on_main_thread.pipe(measure).in_set(AthleteSystems::WriteBack));
     }
 }
 

@@ -11,6 +11,7 @@ use crate::engine::{
     SkillController, SkillEnded, SkillStarted, Steering, TakeOff, forces, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
+use bevy::ecs::system::NonSendMarker;
 use bevy::prelude::*;
 
 /// What an athlete goes through in a fixed tick: chained sets in `FixedPostUpdate`, and one before `Update`.
@@ -96,25 +97,37 @@ impl Plugin for AthleteSimulationPlugin {
             .add_systems(
                 FixedPostUpdate,
                 (
-                    spawn::build_bodies.in_set(ReadWorld),
+                    on_main_thread.pipe(spawn::build_bodies).in_set(ReadWorld),
                     (
-                        spawn::change_controllers,
-                        systems::reset_bodies,
-                        systems::read_wishes,
-                        systems::read_skill_wishes,
-                        systems::check_transforms,
-                        choose_detail::<Viewers>,
-                        forces::give_forces,
+                        on_main_thread.pipe(spawn::change_controllers),
+                        on_main_thread.pipe(systems::reset_bodies),
+                        on_main_thread.pipe(systems::read_wishes),
+                        on_main_thread.pipe(systems::read_skill_wishes),
+                        on_main_thread.pipe(systems::check_transforms),
+                        on_main_thread.pipe(choose_detail::<Viewers>),
+                        on_main_thread.pipe(forces::give_forces),
                     )
                         .chain()
                         .in_set(Control),
-                    systems::step_bodies.in_set(Step),
-                    (forces::take_forces, systems::write_poses, systems::tell, history::record)
+                    on_main_thread.pipe(systems::step_bodies).in_set(Step),
+                    (
+                        on_main_thread.pipe(forces::take_forces),
+                        on_main_thread.pipe(systems::write_poses),
+                        on_main_thread.pipe(systems::tell),
+                        on_main_thread.pipe(history::record),
+                    )
                         .chain()
                         .in_set(WriteBack),
                 ),
             )
-            .add_systems(RunFixedMainLoop, history::rewind_bodies.in_set(RunFixedMainLoopSystems::BeforeFixedMainLoop))
-            .add_systems(RunFixedMainLoop, systems::interpolate_poses.in_set(Interpolate));
+            .add_systems(
+                RunFixedMainLoop,
+                on_main_thread.pipe(history::rewind_bodies).in_set(RunFixedMainLoopSystems::BeforeFixedMainLoop),
+            )
+            .add_systems(RunFixedMainLoop, on_main_thread.pipe(systems::interpolate_poses).in_set(Interpolate));
     }
 }
+
+/// Ahead of a system in a pipe: it keeps the system on the main thread. The systems of a tick follow each other, and most are
+/// short: to wake another thread for each costs more than they do. The step spreads over the pool from there.
+pub(super) fn on_main_thread(_: NonSendMarker) {}
