@@ -118,6 +118,33 @@ fn a_training_may_begin_with_a_policy() {
 }
 
 #[test]
+fn measurements_leave_the_time_to_learning() {
+    let measured = |evaluation_share: f64| {
+        let mut trainer = Trainer::new(task(), TrainOptions { evaluation_share, ..options(1) }).unwrap();
+        (0..8).filter(|_| trainer.iterate().evaluation.is_some()).count()
+    };
+    // Every second iteration; the first is always measured, the others where earlier ones took less than their share.
+    assert_eq!(measured(1.0), 4);
+    assert_eq!(measured(0.0), 1);
+    let refusal = Trainer::new(task(), TrainOptions { evaluation_share: 1.5, ..options(1) }).err().unwrap().to_string();
+    assert!(refusal.contains("evaluation_share is 1.5; 0 to 1"), "{refusal}");
+}
+
+#[test]
+fn exploration_settles_once_the_motion_can_be_done() {
+    let last_sigma = |seconds: f64| {
+        let mut easy = task();
+        // Trials that end before anybody can fall can be done.
+        easy.skill.trial.seconds = seconds;
+        let options = TrainOptions { settle_samples: 1.0, sigma: (0.1, 0.1), settled: (0.5, 0.5), ..options(1) };
+        let mut trainer = Trainer::new(easy, options).unwrap();
+        (0..4).map(|_| trainer.iterate().sigma).last().unwrap()
+    };
+    assert_eq!(last_sigma(0.1), 0.05);
+    assert_eq!(last_sigma(10.0), 0.1);
+}
+
+#[test]
 fn the_policy_that_is_kept_is_a_mean_of_the_actors() {
     let run = |average: usize| {
         let mut trainer = Trainer::new(task(), TrainOptions { average, ..options(1) }).unwrap();

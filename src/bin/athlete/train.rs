@@ -79,6 +79,9 @@ pub struct Train {
     /// Part of the trials that begin evenly over the motion and its speeds, not where trials fail [default: 0.4]
     #[arg(long)]
     even_starts: Option<f64>,
+    /// Part of the trials that begin as one began that soon failed, once the motion can be done [default: 0.25]
+    #[arg(long)]
+    hard_starts: Option<f64>,
     /// Divergence at which an iteration's update stops [default: 0.06]
     #[arg(long)]
     divergence: Option<f32>,
@@ -141,6 +144,7 @@ impl Train {
         put(self.divergence, &mut options.divergence);
         put(self.discount, &mut options.gamma);
         put(self.even_starts, &mut options.even_starts);
+        put(self.hard_starts, &mut options.hard_starts);
         if let Some(text) = &self.sigma {
             let (first, last) = pair(text, "--sigma")?;
             options.sigma = (first as f32, last as f32);
@@ -150,6 +154,10 @@ impl Train {
 
     fn options(&self) -> Result<TrainOptions, String> {
         let mut options = TrainOptions { seed: self.seed, ..TrainOptions::default() };
+        if self.until.is_some() {
+            // What it stops at has to be seen at once.
+            options.evaluation_share = 1.0;
+        }
         self.change(&mut options)?;
         if let Some(text) = &self.hidden {
             let sizes: Result<Vec<usize>, _> = text.split(',').map(|t| t.trim().parse()).collect();

@@ -42,9 +42,26 @@ pub struct Trial {
     pub failed: bool,
 }
 
+/// How a trial began: enough to begin it again.
+#[derive(Clone, Debug)]
+struct TrialStart {
+    tick: usize,
+    /// Part (0 to 1) of the range of speeds.
+    part: f64,
+    /// Gives everything else that was drawn for it.
+    random: RandomStream,
+}
+
+/// Trials that failed so soon failed by how they began, s.
+const SOON: f64 = 2.0;
+/// Hard starts kept for each lane.
+const HARD_STARTS: usize = 8;
+
 /// One lane's trial.
 #[derive(Clone, Debug)]
 struct Lane {
+    start: Option<TrialStart>,
+    failed: bool,
     age: usize,
     limit: usize,
     /// Part of the range of starting speeds.
@@ -67,6 +84,8 @@ struct Lane {
 impl Lane {
     fn new(limit: usize, speed: f64, heading: Heading<f64>) -> Self {
         Self {
+            start: None,
+            failed: false,
             age: 0,
             limit,
             speed,
@@ -92,6 +111,8 @@ pub struct Environment<R: Real> {
     pub tracker: Tracker<R>,
     random: RandomStream,
     lanes: Vec<Lane>,
+    /// Starts after which a trial soon failed, and has not been lasted through since.
+    hard_starts: Vec<TrialStart>,
     watcher: Option<Watcher<R>>,
     features: Vec<R>,
 }
@@ -115,6 +136,7 @@ impl<R: Real> Environment<R> {
             tracker,
             random: RandomStream::new(seed, stream),
             lanes: vec![Lane::new(0, 0.0, Heading::ahead()); R::LANES],
+            hard_starts: Vec::new(),
             features: Vec::with_capacity(task.layout.size()),
             watcher: Watcher::new(&task.model).filter(|_| task.watches_blades()),
             task,
@@ -125,13 +147,38 @@ impl<R: Real> Environment<R> {
         env
     }
 
+    /// How the next trial of a lane begins, and whether one has begun so before.
+    fn next_start(&mut self, lane: usize, starts: &StartSampler) -> (TrialStart, bool) {
+        let again = starts.again();
+        if again > 0.0 {
+            let ended = &mut self.lanes[lane];
+            let soon = ended.age as f64 <= SOON * self.task.skill.control_rate;
+            if let Some(start) = ended.start.take().filter(|_| ended.failed && soon) {
+                if self.hard_starts.len() < HARD_STARTS * R::LANES {
+                    self.hard_starts.push(start);
+                } else {
+                    let other = self.random.below(self.hard_starts.len());
+                    self.hard_starts[other] = start;
+                }
+            }
+            if !self.hard_starts.is_empty() && self.random.uniform() < again {
+                let which = self.random.below(self.hard_starts.len());
+                return (self.hard_starts.swap_remove(which), true);
+            }
+        }
+        let (tick, part) = starts.draw(&mut self.random);
+        (TrialStart { tick, part, random: self.random.clone() }, false)
+    }
+
     /// Begins a new trial in a lane.
     pub fn reset(&mut self, lane: usize, starts: &StartSampler) {
         let task = self.task.clone();
         let (motion, episode) = (&task.motion, &task.skill.episode);
-        let random = &mut self.random;
         let rate = task.skill.control_rate;
-        let (drawn, part) = starts.draw(random);
+        let (began, again) = self.next_start(lane, starts);
+        let (drawn, part) = (began.tick, began.part);
+        let mut own = began.random.clone();
+        let random = &mut own;
         // A motion that nothing lasts through yet is not learnt from its start.
         let share = episode.begin_share * starts.ripeness();
         let begins = motion.cycle().is_none() && random.uniform() < share;
@@ -158,7 +205,6 @@ impl<R: Real> Environment<R> {
             tick
         };
         self.tracker.set_speed(lane, speed);
-        let random = &mut self.random;
         if let Some(friction) = episode.friction {
             self.sim.friction_scale.set_lane(lane, draw(random, friction) / task.friction);
         }
@@ -177,6 +223,10 @@ impl<R: Real> Environment<R> {
         // A motion that ends gives trials that end with it.
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
         self.lanes[lane] = Lane::new(left, part, self.tracker.heading(lane));
+        self.lanes[lane].start = Some(began);
+        if !again {
+            self.random = own;
+        }
         self.plan_push(lane);
     }
 
@@ -350,6 +400,7 @@ impl<R: Real> Environment<R> {
         let reward = if failed { 0.0 } else { reward };
         let l = &mut self.lanes[lane];
         l.age += 1;
+        l.failed = failed;
         l.reward += reward;
         if self.task.judged {
             let fall = || Err(Shortfall { condition: "no fall", found: format!("fell at tick {}", l.age) });
@@ -431,5 +482,59 @@ impl<R: Real> Environment<R> {
     /// Ticks that a lane's trial may last in all.
     pub fn limit(&self, lane: usize) -> usize {
         self.lanes[lane].limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::asset::clip::MotionClip;
+    use crate::model::{KeyPoses, preset};
+    use crate::skill::SkillDefinition;
+    use std::collections::HashSet;
+
+    type Lanes = crate::math::F32x8;
+
+    fn task() -> Arc<SkillTask> {
+        let poses = include_str!("../../../assets/skills/skating/stroking/stroking.keyposes.ron");
+        let model = preset("skater").unwrap();
+        let clip: MotionClip = KeyPoses::from_ron(poses, "stroking").unwrap().to_clip(&model).unwrap();
+        let mut skill = SkillDefinition::imitate("stroking", "skater", "stroking.clip.ron");
+        skill.training_rate = Some(120.0);
+        skill.episode.seconds = 1.5;
+        Arc::new(SkillTask::new(&skill, model, &clip).unwrap())
+    }
+
+    /// How every trial within four seconds without a policy begins: the rotation of a joint, which is off at random.
+    fn beginnings(again: f64) -> Vec<[u64; 2]> {
+        let task = task();
+        let mut starts = StartSampler::even(task.motion.last(), false);
+        starts.set_again(again);
+        let mut env = Environment::<Lanes>::new(task.clone(), 3, 1, &starts);
+        let bits = |env: &Environment<Lanes>, lane: usize| {
+            let joint = env.sim.state.joints[3].rotation.lane(lane);
+            [joint.x.to_bits(), joint.y.to_bits()]
+        };
+        let mut all: Vec<_> = (0..Lanes::LANES).map(|lane| bits(&env, lane)).collect();
+        let nothing = vec![0.0; Lanes::LANES * task.action_size()];
+        for _ in 0..120 {
+            for (lane, outcome) in env.tick(&nothing).into_iter().enumerate() {
+                if outcome.ending != Ending::GoesOn {
+                    env.reset(lane, &starts);
+                    all.push(bits(&env, lane));
+                }
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn a_start_that_failed_comes_again_as_it_was() {
+        let different = |all: &[[u64; 2]]| all.iter().collect::<HashSet<_>>().len();
+        let fresh = beginnings(0.0);
+        assert_eq!(different(&fresh), fresh.len(), "every trial begins in its own way");
+        let again = beginnings(1.0);
+        assert!(again.len() > 3 * Lanes::LANES, "{} trials", again.len());
+        assert!(different(&again) < 2 * Lanes::LANES, "{} of {}", different(&again), again.len());
     }
 }

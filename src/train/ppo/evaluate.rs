@@ -16,6 +16,8 @@ pub struct EvaluationReport {
     pub trials: usize,
     /// Trials that lasted to their end.
     pub survived: usize,
+    /// Ticks that they took together.
+    pub ticks: usize,
     /// Mean reward per tick, a failed trial's missing ticks counting zero.
     pub reward: f64,
     /// Root mean square of the action, rad.
@@ -39,6 +41,7 @@ impl EvaluationReport {
         self.reward = mean(self.reward, other.reward);
         self.residual = mean(self.residual, other.residual);
         self.trials += other.trials;
+        self.ticks += other.ticks;
         self.survived += other.survived;
         self.failed_at.extend(&other.failed_at);
         for (condition, count) in &other.shortfalls {
@@ -112,6 +115,7 @@ pub fn evaluate<R: Real, A: Actor>(
     }
     EvaluationReport {
         trials: count,
+        ticks,
         survived: results.iter().filter(|r| r.failure.is_none()).count(),
         reward: results.iter().map(|r| r.reward).sum::<f64>() / count as f64,
         residual: (results.iter().map(|r| r.effort).sum::<f64>() / ticks.max(1) as f64).sqrt()

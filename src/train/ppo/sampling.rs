@@ -22,6 +22,9 @@ pub struct StartSampler {
     /// Part of the starts that is even over the motion and the speeds.
     #[serde(default = "evenly")]
     even: f64,
+    /// Part of the trials that begin as one began that soon failed.
+    #[serde(default)]
+    again: f64,
 }
 
 fn evenly() -> f64 {
@@ -55,7 +58,7 @@ impl StartSampler {
     pub(crate) fn new(last: usize, cyclic: bool, even: f64) -> Self {
         let zeros = vec![0.0; last.max(1).div_ceil(BIN) * SPEEDS];
         let visits = vec![1.0; zeros.len()];
-        let mut sampler = Self { last, visits, failures: zeros.clone(), cumulative: zeros, cyclic, even };
+        let mut sampler = Self { last, visits, failures: zeros.clone(), cumulative: zeros, cyclic, even, again: 0.0 };
         sampler.refresh();
         sampler
     }
@@ -72,6 +75,16 @@ impl StartSampler {
     /// Grows from 0 to 1 while a motion is learnt: 1 once one trial of four would last from its start to its end.
     pub(crate) fn ripeness(&self) -> f64 {
         (4.0 * self.lasting()).min(1.0)
+    }
+
+    /// Part of the trials that repeat a start that failed.
+    pub(crate) fn again(&self) -> f64 {
+        self.again
+    }
+
+    /// Which part of the trials repeats starts that failed.
+    pub(crate) fn set_again(&mut self, again: f64) {
+        self.again = again;
     }
 
     /// Which part of the starts stays even.

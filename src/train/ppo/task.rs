@@ -197,6 +197,11 @@ impl SkillTask {
         self.model.contact_points.iter().map(bottom).fold(f64::INFINITY, f64::min)
     }
 
+    /// Simulated steps between two decisions.
+    pub(crate) fn steps_per_tick(&self) -> f64 {
+        self.settings.rate / self.skill.control_rate
+    }
+
     /// Numbers of an action: three for each link but the root.
     pub fn action_size(&self) -> usize {
         3 * (self.model.links.len() - 1)

@@ -17,6 +17,12 @@ use std::time::Instant;
 /// Iterations in which only the critic learns where the actor was there before: some hundred updates.
 const CRITIC_FIRST: usize = 10;
 
+/// Measured survival from which a motion can be done: what is left is to make it robust.
+const ABLE: f64 = 0.9;
+
+/// With how many times the trials a measurement of a policy that may be the best is repeated.
+const AGAIN: usize = 3;
+
 /// How to learn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -54,17 +60,28 @@ pub struct TrainOptions {
     pub sigma: (f32, f32),
     /// Samples over which it falls from the first to the last.
     pub sigma_samples: f64,
+    /// What exploration and divergence are multiplied by in the end. Once the motion can be done (a measured survival of
+    /// 90 %), smaller changes of the policy make it robust, larger ones undo as much as they gain.
+    pub settled: (f32, f32),
+    /// Samples, since the motion can be done, over which they fall.
+    pub settle_samples: f64,
     /// Iterations after which the normaliser stays.
     pub normalizer_iterations: usize,
     /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
     /// of where, and at the speeds at which, trials fail.
     pub even_starts: f64,
+    /// Part of the trials that begin exactly as one began that failed within two seconds, once the motion can be done (a
+    /// measured survival of 90 %); a start that has been lasted through is forgotten.
+    pub hard_starts: f64,
     /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
     pub critic_first: usize,
     /// Trials of a measurement.
     pub evaluation_trials: usize,
     /// Iterations between measurements.
     pub evaluate_every: usize,
+    /// How large a part of the simulated steps may be those of measurements: one whose turn it is is left out where earlier
+    /// ones took more.
+    pub evaluation_share: f64,
 }
 
 impl Default for TrainOptions {
@@ -86,11 +103,15 @@ impl Default for TrainOptions {
             average: 20,
             sigma: (0.2, 0.08),
             sigma_samples: 4e6,
+            settled: (0.6, 0.33),
+            settle_samples: 1e7,
             normalizer_iterations: 60,
             even_starts: 0.4,
+            hard_starts: 0.25,
             critic_first: 0,
             evaluation_trials: 128,
             evaluate_every: 20,
+            evaluation_share: 0.1,
         }
     }
 }
@@ -176,6 +197,12 @@ pub struct Trained {
     pub iteration: usize,
 }
 
+/// Whether a policy of this survival and reward is at least as good as another.
+fn is_as_good(one: (f64, f64), other: Option<(f64, f64)>) -> bool {
+    let score = |e: (f64, f64)| e.0 + 0.5 * e.1;
+    other.is_none_or(|o| score(one) >= score(o))
+}
+
 /// Everything a training needs to go on later.
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
@@ -192,6 +219,12 @@ struct Checkpoint {
     normalizer: Normalizer,
     starts: StartSampler,
     curve: Vec<Iteration>,
+    /// Samples since the motion can be done; absent in files of older trainings.
+    #[serde(default)]
+    able_samples: f64,
+    /// Simulated steps of measurements; absent in files of older trainings.
+    #[serde(default)]
+    measured_steps: f64,
     rate: f32,
     best: Option<Trained>,
 }
@@ -210,6 +243,10 @@ pub struct Trainer {
     random: RandomStream,
     rate: f32,
     curve: Vec<Iteration>,
+    /// Samples since the motion can be done (a measured survival of 90 %).
+    able_samples: f64,
+    /// Simulated steps of all measurements.
+    measured_steps: f64,
     best: Option<Trained>,
     /// The best policy was measured by the training that this one resumes.
     best_from_before: bool,
@@ -240,6 +277,8 @@ impl Trainer {
             random: RandomStream::new(options.seed, 2),
             rate: options.rate,
             curve: Vec::new(),
+            able_samples: 0.0,
+            measured_steps: 0.0,
             best: None,
             best_from_before: false,
             rows,
@@ -346,6 +385,8 @@ impl Trainer {
             trainer.starts.set_even(trainer.options.even_starts);
         }
         trainer.curve = saved.curve;
+        trainer.able_samples = saved.able_samples;
+        trainer.measured_steps = saved.measured_steps;
         trainer.rate = saved.rate;
         trainer.best = saved.best;
         trainer.best_from_before = true;
@@ -374,6 +415,8 @@ impl Trainer {
             normalizer: self.normalizer.clone(),
             starts: self.starts.clone(),
             curve: self.curve.clone(),
+            able_samples: self.able_samples,
+            measured_steps: self.measured_steps,
             rate: self.rate,
             best: self.best.clone(),
         };
@@ -408,7 +451,9 @@ impl Trainer {
         let before = self.curve.last().copied().unwrap_or_default();
         let o = &self.options;
         let faded = (before.samples as f64 / o.sigma_samples).min(1.0) as f32;
-        let sigma = o.sigma.0 * (o.sigma.1 / o.sigma.0).powf(faded);
+        let settled = (self.able_samples / o.settle_samples).min(1.0) as f32;
+        let sigma = o.sigma.0 * (o.sigma.1 / o.sigma.0).powf(faded) * o.settled.0.powf(settled);
+        let largest_divergence = o.divergence * o.settled.1.powf(settled);
 
         // Play.
         let player = Player {
@@ -439,7 +484,7 @@ impl Trainer {
             // The first updates are small: Adam's second moments are not known yet.
             rate: if critic_only { 0.0 } else { self.rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0) },
             critic_rate: 1e-3,
-            largest_divergence: o.divergence,
+            largest_divergence,
             largest_gradient: 1.0,
             sigma,
             // What cannot be done yet need not be done smoothly.
@@ -449,9 +494,9 @@ impl Trainer {
         let report = self.learner.update(&self.pods, &update, &mut self.random);
         if critic_only {
             // Nothing was learnt about the rate.
-        } else if report.divergence > o.divergence {
+        } else if report.divergence > largest_divergence {
             self.rate = (self.rate / 1.2).max(2e-5);
-        } else if report.divergence < 0.5 * o.divergence {
+        } else if report.divergence < 0.5 * largest_divergence {
             self.rate = (self.rate * 1.1).min(1e-3);
         }
         // A mean over few iterations at first, so that it does not hold on to the beginning.
@@ -459,6 +504,10 @@ impl Trainer {
         self.mean.approach(&self.learner.actor, over.recip());
         let learning = learning.elapsed().as_secs_f64();
 
+        if self.best.as_ref().is_some_and(|b| b.evaluation.0 >= ABLE) {
+            self.able_samples += (self.pods.len() * POD_ROWS * ticks) as f64;
+            self.starts.set_again(self.options.hard_starts);
+        }
         let counts: Vec<_> = self.pods.iter().map(|p| p.counts.clone()).collect();
         self.starts.add(&counts);
         if self.curve.len() < o.normalizer_iterations {
@@ -487,18 +536,19 @@ impl Trainer {
             evaluation: None,
             parts: [simulation, playing - simulation, learning],
         };
-        if number.is_multiple_of(self.options.evaluate_every.max(1)) {
-            let now = self.measure(&self.mean, &self.normalizer, number as u64);
-            iteration.evaluation = Some(now);
-            let score = |e: (f64, f64)| e.0 + 0.5 * e.1;
+        if number.is_multiple_of(self.options.evaluate_every.max(1)) && self.may_measure(iteration.samples) {
             if let Some(mut best) = self.best.take_if(|_| self.best_from_before) {
                 // The character or the skill may have changed in between.
-                best.evaluation = self.measure(&best.actor, &best.normalizer, number as u64);
+                best.evaluation = self.measure(&best, number, None);
                 self.best = Some(best);
             }
             self.best_from_before = false;
-            if self.best.as_ref().is_none_or(|b| score(now) >= score(b.evaluation)) {
-                self.best = Some(Trained { evaluation: now, ..self.present() });
+            let mut present = self.present();
+            let best = self.best.as_ref().map(|b| b.evaluation);
+            present.evaluation = self.measure(&present, number, best);
+            iteration.evaluation = Some(present.evaluation);
+            if is_as_good(present.evaluation, best) {
+                self.best = Some(present);
             }
         }
         iteration.seconds += began.elapsed().as_secs_f64();
@@ -506,16 +556,34 @@ impl Trainer {
         iteration
     }
 
-    /// Survival and reward of a policy without exploration, on trials of their own.
-    fn measure(&self, actor: &Network, normalizer: &Normalizer, number: u64) -> (f64, f64) {
-        let actor = MeanActor(actor, normalizer);
-        let seed = self.options.seed ^ (0x6d65_6173 + number);
+    /// Whether the measurements until now left enough to the training, which has that many samples.
+    fn may_measure(&self, samples: u64) -> bool {
+        let trained = samples as f64 * self.task.steps_per_tick();
+        self.measured_steps <= self.options.evaluation_share * (self.measured_steps + trained)
+    }
+
+    /// Survival and reward of a policy without exploration, on trials of their own. One that seems to be as good as `best`,
+    /// and can do the motion, is tried [`AGAIN`] times as often again: of many policies that are tried shortly, the best looking is
+    /// the luckiest.
+    fn measure(&mut self, policy: &Trained, number: usize, best: Option<(f64, f64)>) -> (f64, f64) {
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
+        let seed = self.options.seed ^ (0x6d65_6173 + number as u64);
+        let mut whole = self.try_out(policy, each, seed);
+        if whole.survival() >= ABLE && is_as_good((whole.survival(), whole.reward), best) {
+            whole.add(&self.try_out(policy, AGAIN * each, seed ^ 0x6167_6169_6e00_0000));
+        }
+        (whole.survival(), whole.reward)
+    }
+
+    /// So many trials of each row.
+    fn try_out(&mut self, policy: &Trained, each: usize, seed: u64) -> EvaluationReport {
+        let actor = MeanActor(&policy.actor, &policy.normalizer);
         let mut whole = EvaluationReport::default();
         for (k, row) in self.rows.iter().enumerate() {
             whole.add(&evaluate::<Lanes, _>(row, &actor, each, row_seed(seed, k), self.options.threads));
         }
-        (whole.survival(), whole.reward)
+        self.measured_steps += whole.ticks as f64 * self.rows[0].steps_per_tick();
+        whole
     }
 }
 
@@ -542,11 +610,21 @@ fn check(o: &TrainOptions) -> Result<(), TrainError> {
     if !(o.sigma.0 > 0.0 && o.sigma.1 > 0.0 && o.sigma.0.is_finite() && o.sigma.1.is_finite()) {
         return bad("sigma", format!("{:?}", o.sigma), "two positive numbers");
     }
+    let factor = |f: f32| f > 0.0 && f <= 1.0;
+    if !(factor(o.settled.0) && factor(o.settled.1)) {
+        return bad("settled", format!("{:?}", o.settled), "two numbers, more than 0 and up to 1");
+    }
     if !(o.smoothness >= 0.0 && o.smoothness.is_finite()) {
         return bad("smoothness", o.smoothness.to_string(), "0 or more");
     }
     if !(0.0..=1.0).contains(&o.even_starts) {
         return bad("even_starts", o.even_starts.to_string(), "0 to 1");
+    }
+    if !(0.0..=1.0).contains(&o.evaluation_share) {
+        return bad("evaluation_share", o.evaluation_share.to_string(), "0 to 1");
+    }
+    if !(0.0..=1.0).contains(&o.hard_starts) {
+        return bad("hard_starts", o.hard_starts.to_string(), "0 to 1");
     }
     if !(1..=10_000).contains(&o.average) {
         return bad("average", o.average.to_string(), "1 to 10000 iterations");

@@ -137,7 +137,12 @@ pub struct TrainPlan {
 
 impl Default for TrainPlan {
     fn default() -> Self {
-        let options = TrainOptions { threads: job_threads(), evaluate_every: 10, ..TrainOptions::default() };
+        let options = TrainOptions {
+            threads: job_threads(),
+            evaluate_every: 10,
+            evaluation_share: 1.0,
+            ..TrainOptions::default()
+        };
         Self { seconds: 180.0, until: 0.98, every: 4.0, trials: 200, rate: None, cycle: None, gains: None, options }
     }
 }
