@@ -5,6 +5,7 @@ use crate::asset::policy_contract::{
     ActionLayout, ActionMeaning, CONTRACT_VERSION, GoldenPair, Normaliser, PolicyContract, ReferenceFile,
 };
 use crate::control::Policy;
+use crate::skill::SkillDefinition;
 use crate::train::nn::{Activation, Activations, Network};
 use crate::train::ppo::evaluate::Actor;
 use crate::train::ppo::task::SkillTask;
@@ -42,12 +43,14 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
         *parameter = if rounded.is_finite() { rounded } else { *parameter };
     }
     let action = actor.forward(&mut Activations::default(), &seen, 1).to_vec();
+    // Paths are those of the machine that trained: the motion is beside the policy, what came before is of no use any more.
+    let settings = SkillDefinition { motion: motion_file.into(), after: Vec::new(), ..task.skill.clone() };
     let contract = PolicyContract {
         version: CONTRACT_VERSION,
         crate_version: env!("CARGO_PKG_VERSION").into(),
         character: task.model.name.clone(),
         skill: task.skill.name.clone(),
-        skill_settings: serde_json::to_string(&task.skill).unwrap_or_default(),
+        skill_settings: serde_json::to_string(&settings).unwrap_or_default(),
         control_rate: task.skill.control_rate,
         simulation_rate: task.settings.rate,
         observation: task.layout.blocks.clone(),

@@ -563,8 +563,8 @@ impl Trainer {
     }
 
     /// Survival and reward of a policy without exploration, on trials of their own. One that seems to be as good as `best`,
-    /// and can do the motion, is tried [`AGAIN`] times as often again: of many policies that are tried shortly, the best looking is
-    /// the luckiest.
+    /// and can do the motion, is tried [`AGAIN`] times as often again: of many policies that are tried shortly, the best
+    /// looking is the luckiest.
     fn measure(&mut self, policy: &Trained, number: usize, best: Option<(f64, f64)>) -> (f64, f64) {
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
         let seed = self.options.seed ^ (0x6d65_6173 + number as u64);
@@ -617,14 +617,15 @@ fn check(o: &TrainOptions) -> Result<(), TrainError> {
     if !(o.smoothness >= 0.0 && o.smoothness.is_finite()) {
         return bad("smoothness", o.smoothness.to_string(), "0 or more");
     }
-    if !(0.0..=1.0).contains(&o.even_starts) {
-        return bad("even_starts", o.even_starts.to_string(), "0 to 1");
+    let shares =
+        [("even_starts", o.even_starts), ("hard_starts", o.hard_starts), ("evaluation_share", o.evaluation_share)];
+    for (option, share) in shares {
+        if !(0.0..=1.0).contains(&share) {
+            return bad(option, share.to_string(), "0 to 1");
+        }
     }
-    if !(0.0..=1.0).contains(&o.evaluation_share) {
-        return bad("evaluation_share", o.evaluation_share.to_string(), "0 to 1");
-    }
-    if !(0.0..=1.0).contains(&o.hard_starts) {
-        return bad("hard_starts", o.hard_starts.to_string(), "0 to 1");
+    if o.settle_samples.is_nan() || o.settle_samples <= 0.0 {
+        return bad("settle_samples", o.settle_samples.to_string(), "more than 0");
     }
     if !(1..=10_000).contains(&o.average) {
         return bad("average", o.average.to_string(), "1 to 10000 iterations");
