@@ -6,6 +6,7 @@
 
 mod policy_support;
 
+use bevy_athlete::asset::card::RobustnessCard;
 use bevy_athlete::asset::dense_layers::Activation;
 use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::asset::policy_contract::PolicyContract;
@@ -149,6 +150,26 @@ fn evaluate_tries_other_rows_and_writes_a_trial_down() {
     assert!(lines.iter().skip(1).all(|line| line["external"].as_array().unwrap().is_empty()));
     assert!(lines.iter().skip(1).any(|line| line["contacts"][0]["kind"] == "blade"));
     assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+}
+
+/// A training leaves everything that a skill ships with, and says last how good it is.
+#[test]
+fn train_leaves_a_policy_with_its_card() {
+    let folder = Folder::new("train");
+    let out = folder.path("run");
+    let asked = ["train", "two_foot_glide", "--iterations", "2", "--pods", "1", "--card-trials", "8", "--out", &out];
+    let report = done(&asked);
+    let last = report.lines().last().unwrap();
+    let numbers: Vec<f64> = last.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert!(last.starts_with("survival ") && last.contains(" % reward ") && numbers.len() == 2, "{last}");
+    let card = RobustnessCard::load(format!("{out}/card.json")).unwrap();
+    assert_eq!((card.skill.as_str(), card.trials), ("two_foot_glide", 8));
+    assert_eq!(card.command, "athlete evaluate run --trials 8 --seed 1000003");
+    assert!((100.0 * card.rows[0].rate() - numbers[0]).abs() < 0.06, "{last}");
+    for file in ["policy.onnx", "checkpoint.json", "curve.csv", "curve.png", "two_foot_glide.clip.ron"] {
+        assert!(std::fs::metadata(format!("{out}/{file}")).is_ok(), "{file}");
+    }
+    refused(&["train", "two_foot_glide", "--card-trials", "9999999"], &["--card-trials 9999999", "1000000"]);
 }
 
 #[test]

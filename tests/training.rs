@@ -11,7 +11,9 @@ use bevy_athlete::control::tracking::{Heading, TrackedMotion, Tracker, TrackerOp
 use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use bevy_athlete::skill::{EpisodeOptions, SkillDefinition, SkillPlayer, TerminationLimits, TrainedSkill};
+use bevy_athlete::skill::{
+    EpisodeOptions, PushOptions, SkillDefinition, SkillPlayer, TerminationLimits, TrainedSkill, TrialRow,
+};
 use bevy_athlete::train::ppo::{
     Actor, Ending, Environment, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate, trained_policy,
 };
@@ -41,6 +43,11 @@ fn options(threads: usize) -> TrainOptions {
         evaluate_every: 2,
         ..TrainOptions::default()
     }
+}
+
+/// Pushes of this force at short intervals.
+fn push(link: &str, force: f64) -> PushOptions {
+    PushOptions { link: link.into(), force: (force, force), seconds: 0.1, every: 0.1, count: None, airborne: false }
 }
 
 fn trained(threads: usize, iterations: usize) -> Trainer {
@@ -132,16 +139,36 @@ fn measurements_leave_the_time_to_learning() {
 
 #[test]
 fn exploration_settles_once_the_motion_can_be_done() {
-    let last_sigma = |seconds: f64| {
+    let last_sigma = |seconds: f64, rows: usize| {
         let mut easy = task();
-        // Trials that end before anybody can fall can be done.
+        // Trials that end before anybody can fall can be done. A push that throws the skater is none of them.
         easy.skill.trial.seconds = seconds;
+        let row = |k: usize| TrialRow {
+            name: k.to_string(),
+            speed: None,
+            start_speed: None,
+            push: (k > 0 && k + 1 == rows).then(|| push("spine", 9e4)),
+        };
+        easy.skill.trial.rows = (0..rows).map(row).collect();
         let options = TrainOptions { settle_samples: 1.0, sigma: (0.1, 0.1), settled: (0.5, 0.5), ..options(1) };
         let mut trainer = Trainer::new(easy, options).unwrap();
         (0..4).map(|_| trainer.iterate().sigma).last().unwrap()
     };
-    assert_eq!(last_sigma(0.1), 0.05);
-    assert_eq!(last_sigma(10.0), 0.1);
+    assert_eq!(last_sigma(0.1, 1), 0.05);
+    assert_eq!(last_sigma(10.0, 1), 0.1);
+    // Not while one row of many fails.
+    assert_eq!(last_sigma(0.1, 16), 0.1);
+}
+
+#[test]
+fn options_that_cannot_be_used_are_refused_by_name() {
+    let refused = |options: TrainOptions| Trainer::new(task(), options).err().unwrap().to_string();
+    let refusal = refused(TrainOptions { divergence: 0.0, ..options(1) });
+    assert!(refusal.contains("divergence is 0; more than 0"), "{refusal}");
+    let refusal = refused(TrainOptions { rate: f32::NAN, ..options(1) });
+    assert!(refusal.contains("rate is NaN; more than 0"), "{refusal}");
+    let refusal = refused(TrainOptions { hidden: vec![], ..options(1) });
+    assert!(refusal.contains("hidden is []; 1 to 8 layers"), "{refusal}");
 }
 
 #[test]
@@ -412,14 +439,7 @@ fn skills_that_cannot_be_used_are_refused_by_field() {
     }
     let mut task = task();
     assert!(task.at_rate(1000.0).is_err());
-    task.skill.episode.push = Some(bevy_athlete::skill::PushOptions {
-        link: "wing".into(),
-        force: (0.0, 1.0),
-        seconds: 0.1,
-        every: 1.0,
-        count: None,
-        airborne: false,
-    });
+    task.skill.episode.push = Some(push("wing", 1.0));
     let refusal = SkillTask::new(&task.skill, task.model.clone(), &task.clip).err().unwrap().to_string();
     assert!(refusal.contains("wing") && refusal.contains("pelvis"), "{refusal}");
 }

@@ -1,6 +1,7 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
 use crate::output::{Outcome, say, say_json};
+use bevy_athlete::asset::card::RobustnessCard;
 use bevy_athlete::cli::{FrameRecorder, find_skill, load_task};
 use bevy_athlete::control::Policy;
 use bevy_athlete::sim::TraceWriter;
@@ -14,6 +15,9 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+
+/// Seed of the trials of a card where no other is asked for.
+pub const TRIALS_SEED: u64 = 1_000_003;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
 /// simulation rate, as in a game. Writes the robustness card beside the policy.
@@ -31,7 +35,7 @@ pub struct Evaluate {
     #[arg(long)]
     speed: Option<String>,
     /// Seed of the trials
-    #[arg(long, default_value_t = 1_000_003)]
+    #[arg(long, default_value_t = TRIALS_SEED)]
     seed: u64,
     /// Threads; by default one for each core
     #[arg(long)]
@@ -77,25 +81,8 @@ impl Evaluate {
             return Err(format!("--push {:?}: valid is 0 to 100000 N", self.push).into());
         }
         let file = policy_file(&self.policy)?;
-        let policy = Policy::load(&file)?;
-        let contract = policy.contract();
-        let folder = file.parent().unwrap_or(Path::new(""));
-        // Beside a skill's description, that is what counts: it may have changed since the training.
-        let described = folder.join(format!("{}.skill.ron", contract.skill));
-        let mut skill = if described.is_file() {
-            SkillDefinition::load(&described)?
-        } else {
-            let mut skill: SkillDefinition = contract.parse_skill_settings()?;
-            skill.motion = folder.join(&contract.reference.file);
-            skill
-        };
-        // What may come before matters to training alone.
-        skill.after.clear();
-        self.change_rows(&mut skill.trial)?;
-        let task = load_task(&skill, None)?;
-        policy.check_for(&task.model)?;
-        let rate = task.model.step_rate;
-        let task = task.at_rate(rate)?;
+        let (task, policy) = read_trials(&file, |trial| self.change_rows(trial))?;
+        let (rate, folder) = (task.settings.rate, file.parent().unwrap_or(Path::new("")));
         let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
 
         let (card, shortfalls) = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
@@ -115,23 +102,7 @@ impl Evaluate {
             return Ok(ExitCode::SUCCESS);
         }
         say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
-        say(&format!(
-            "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
-            "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
-        ))?;
-        for (row, lacked) in card.rows.iter().zip(&shortfalls) {
-            let interval = format!("{:.1} to {:.1}", 100.0 * row.low, 100.0 * row.high);
-            say(&format!(
-                "{:<24} {:>7} {:>7} {:>8.1}  {interval:<14} {lacked}",
-                row.name,
-                row.trials,
-                row.successes,
-                100.0 * row.rate(),
-            ))?;
-        }
-        for (name, value) in &card.quality {
-            say(&format!("{name:<48} {value:.4}"))?;
-        }
+        say_card(&card, &shortfalls)?;
         if !own_rows {
             say("card.json is left as it is: these were not the skill's own rows")?;
         }
@@ -167,9 +138,62 @@ impl Evaluate {
     fn command(&self) -> String {
         let push = self.push.map_or(String::new(), |n| format!(" --push {n}"));
         let speed = self.speed.as_ref().map_or(String::new(), |s| format!(" --speed {s}"));
-        let name = self.policy.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        format!("athlete evaluate {name} --trials {} --seed {}{push}{speed}", self.trials, self.seed)
+        format!("{}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
     }
+}
+
+/// A policy file, and the task that its trials are made of once `change` has been made to them.
+pub fn read_trials(
+    file: &Path,
+    change: impl FnOnce(&mut TrialOptions) -> Result<(), Box<dyn std::error::Error>>,
+) -> Result<(SkillTask, Policy), Box<dyn std::error::Error>> {
+    let policy = Policy::load(file)?;
+    let contract = policy.contract();
+    let folder = file.parent().unwrap_or(Path::new(""));
+    // Beside a skill's description, that is what counts: it may have changed since the training.
+    let described = folder.join(format!("{}.skill.ron", contract.skill));
+    let mut skill = if described.is_file() {
+        SkillDefinition::load(&described)?
+    } else {
+        let mut skill: SkillDefinition = contract.parse_skill_settings()?;
+        skill.motion = folder.join(&contract.reference.file);
+        skill
+    };
+    // What may come before matters to training alone.
+    skill.after.clear();
+    change(&mut skill.trial)?;
+    let task = load_task(&skill, None)?;
+    policy.check_for(&task.model)?;
+    let task = task.at_rate(task.model.step_rate)?;
+    Ok((task, policy))
+}
+
+/// The command that measures a policy file, or one in a folder, again.
+pub fn evaluate_command(policy: &Path, trials: usize, seed: u64) -> String {
+    let name = policy.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    format!("athlete evaluate {name} --trials {trials} --seed {seed}")
+}
+
+/// Prints the table of a card and the quality of the motion.
+pub fn say_card(card: &RobustnessCard, shortfalls: &[String]) -> Result<(), Box<dyn std::error::Error>> {
+    say(&format!(
+        "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
+        "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
+    ))?;
+    for (row, lacked) in card.rows.iter().zip(shortfalls) {
+        let interval = format!("{:.1} to {:.1}", 100.0 * row.low, 100.0 * row.high);
+        say(&format!(
+            "{:<24} {:>7} {:>7} {:>8.1}  {interval:<14} {lacked}",
+            row.name,
+            row.trials,
+            row.successes,
+            100.0 * row.rate(),
+        ))?;
+    }
+    for (name, value) in &card.quality {
+        say(&format!("{name:<48} {value:.4}"))?;
+    }
+    Ok(())
 }
 
 /// Draws and writes down one trial from the start of the motion, to its end or to where it failed.

@@ -1,11 +1,12 @@
 //! `athlete train`: from a skill or a motion to a policy.
 
+use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
 use crate::output::{Outcome, bar, say};
 use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
-use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, curve_csv, trained_policy};
+use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy};
 use bevy_athlete::train::{load_layers, save_policy};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -15,8 +16,8 @@ use std::time::{Duration, Instant};
 /// Steps per second of training where nothing else is asked.
 const CLIP_RATE: f64 = 600.0;
 
-/// Learn a policy. Progress and checkpoints go to the folder --out; the last line printed gives the measured survival
-/// and the reward per step.
+/// Learn a policy. Progress and checkpoints go to the folder --out, in the end with the policy's card; the last line printed
+/// gives the evaluated survival and the reward per step.
 #[derive(Debug, Args)]
 pub struct Train {
     /// A skill: its name below assets/skills, or the path of a .skill.ron file
@@ -88,6 +89,9 @@ pub struct Train {
     /// Discount of a decision, 0 to 1: how far ahead the policy looks [default: 0.97]
     #[arg(long)]
     discount: Option<f32>,
+    /// Trials in a row of the table by which the policy is evaluated in the end; 0 for none, and no card
+    #[arg(long, default_value_t = 200)]
+    card_trials: usize,
     /// Folder of the results; by default runs/NAME
     #[arg(long)]
     out: Option<PathBuf>,
@@ -171,6 +175,9 @@ impl Train {
         if !(self.minutes > 0.0 && self.minutes <= 1e5) {
             return Err(format!("--minutes {}: valid is more than 0, up to 100000", self.minutes).into());
         }
+        if self.card_trials > 1_000_000 {
+            return Err(format!("--card-trials {}: valid is 0 to 1000000", self.card_trials).into());
+        }
         let skill = self.definition()?;
         let task = load_task(&skill, self.map.as_deref())?;
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
@@ -246,9 +253,27 @@ impl Train {
             100.0 * parts[1] / all,
             100.0 * parts[2] / all
         ))?;
-        let (survival, reward) = trainer.best().map_or((0.0, 0.0), |b| b.evaluation);
+        let (survival, reward) = if self.card_trials > 0 {
+            self.evaluate(&out)?
+        } else {
+            trainer.best().map_or((0.0, 0.0), |b| b.evaluation)
+        };
         say(&format!("survival {:.1} % reward {reward:.3}", 100.0 * survival))?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows.
+    fn evaluate(&self, out: &Path) -> Result<(f64, f64), Box<dyn std::error::Error>> {
+        let (task, policy) = read_trials(&out.join("policy.onnx"), |_| Ok(()))?;
+        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
+        let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
+        let (card, shortfalls) = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        card.save(out.join("card.json"))?;
+        say_card(&card, &shortfalls)?;
+        let counted: u64 = card.rows.iter().map(|r| r.successes).sum();
+        let rewards: f64 =
+            card.rows.iter().map(|r| r.trials as f64 * card.quality[&format!("reward_per_step, {}", r.name)]).sum();
+        Ok((counted as f64 / card.trials as f64, rewards / card.trials as f64))
     }
 }
 

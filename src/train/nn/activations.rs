@@ -3,6 +3,32 @@
 use super::network::Network;
 use super::strips::{Strip, Strips, WIDTH};
 
+/// Rows of inputs as the products read them: more than one network may be given the same.
+#[derive(Clone, Default)]
+pub(crate) struct Batch(pub(super) Strips);
+
+impl Batch {
+    /// Lays out rows of `columns` values each.
+    pub fn gather<'a>(&mut self, rows: impl ExactSizeIterator<Item = &'a [f32]>, columns: usize) {
+        self.0.gather(rows, columns);
+    }
+}
+
+/// A network's weights as the products read them: more than one thread may use the same.
+#[derive(Clone, Default)]
+pub(crate) struct LaidOut {
+    pub(super) forward: ForwardWeights,
+    pub(super) backward: BackwardWeights,
+}
+
+impl LaidOut {
+    /// Lays the network's weights out, unless they are here already.
+    pub fn update(&mut self, network: &Network) {
+        self.forward.update(network);
+        self.backward.update(network);
+    }
+}
+
 /// Scratch of forward and backward passes; it grows to the largest batch seen and allocates nothing after that.
 ///
 /// One for each thread and network: it keeps that network's weights in the layout of the products until they change, and switching
@@ -11,14 +37,15 @@ use super::strips::{Strip, Strips, WIDTH};
 pub struct Activations {
     /// The version and batch that `values` belong to, once a forward pass has run.
     pub(super) pass: Option<(u64, usize)>,
-    /// `values[0]` is the input, `values[l + 1]` the output of layer l.
+    /// The input; a batch that was laid out before is not copied here.
+    pub(super) input: Batch,
+    /// The output of each layer.
     pub(super) values: Vec<Strips>,
     /// The output, row-major.
     pub(super) output: Vec<f32>,
     /// Derivative of the loss with respect to the sums of the layer at hand, and of the layer before it.
     pub(super) delta: [Strips; 2],
-    pub(super) forward: ForwardWeights,
-    pub(super) backward: BackwardWeights,
+    pub(super) weights: LaidOut,
 }
 
 /// Weights as the forward product reads them: inputs x outputs, and the biases as strips.
@@ -43,9 +70,14 @@ impl Activations {
 }
 
 impl ForwardWeights {
+    /// Whether these are the network's weights.
+    pub fn fit(&self, network: &Network) -> bool {
+        self.version == Some(network.version())
+    }
+
     /// Lays the network's weights out, unless they are here already.
     pub fn update(&mut self, network: &Network) {
-        if self.version == Some(network.version()) {
+        if self.fit(network) {
             return;
         }
         self.layers.resize_with(network.layers(), Default::default);
@@ -63,9 +95,14 @@ impl ForwardWeights {
 }
 
 impl BackwardWeights {
+    /// Whether these are the network's weights.
+    pub fn fit(&self, network: &Network) -> bool {
+        self.version == Some(network.version())
+    }
+
     /// Lays the weights out that derivatives pass through: all but the first layer's.
     pub fn update(&mut self, network: &Network) {
-        if self.version == Some(network.version()) {
+        if self.fit(network) {
             return;
         }
         self.layers.resize_with(network.layers(), Default::default);

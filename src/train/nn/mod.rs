@@ -39,7 +39,8 @@
 //! | `matrixmultiply` 0.3 (products only) | 219 | 101 | 181 | 501, 199 GF/s |
 //!
 //! `gemm` is as fast, but its interface is unsafe and has no place for the activation. A minibatch of 1,024 rows in four shards (forward, backward,
-//! sums, Adam), actor and critic (one output) together: 3.2 ms on one thread, 1.8 ms on two. Inference of 64 rows: 40 microseconds.
+//! sums, Adam), actor and critic (one output) together: 3.2 ms on one thread, 1.8 ms on two (before rows and weights were laid out once
+//! for both networks and all threads in training). Inference of 64 rows: 40 microseconds.
 //! `cargo run --release --no-default-features --features train --example learner_speed` measures this module's figures again.
 
 mod activation;
@@ -53,5 +54,6 @@ mod strips;
 
 pub use activation::Activation;
 pub use activations::Activations;
+pub(crate) use activations::{Batch, LaidOut};
 pub use adam::{Adam, clip_norm};
 pub use network::{Network, NetworkError};

@@ -6,10 +6,11 @@ use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::activation::Activation;
-use super::activations::Activations;
+use super::activations::{Activations, BackwardWeights, Batch, ForwardWeights, LaidOut};
 use super::bits;
 use super::init::orthogonal;
 use super::product::{Activate, Differentiate, add_column_sums, add_outer_product, product};
+use super::strips::Strips;
 use crate::asset::dense_layers::DenseLayers;
 use crate::math::RandomStream;
 
@@ -202,8 +203,27 @@ impl Network {
     /// If `input` is not rows x inputs.
     pub fn forward<'a>(&self, scratch: &'a mut Activations, input: &[f32], rows: usize) -> &'a [f32] {
         assert_eq!(input.len(), rows * self.inputs(), "{rows} rows of {} inputs", self.inputs());
-        Arch::new().dispatch(Forward { network: self, scratch: &mut *scratch, input, rows });
-        &scratch.output
+        let Activations { pass, input: batch, values, output, weights, .. } = scratch;
+        batch.0.pack(input, self.inputs());
+        weights.forward.update(self);
+        Arch::new().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
+        *pass = Some((self.version, rows));
+        output
+    }
+
+    /// [`Network::forward`] of rows and with weights that were laid out before.
+    pub(crate) fn forward_batch<'a>(
+        &self,
+        weights: &LaidOut,
+        scratch: &'a mut Activations,
+        batch: &Batch,
+    ) -> &'a [f32] {
+        assert!(weights.forward.fit(self), "weights of other parameters");
+        assert_eq!(batch.0.columns(), self.inputs(), "a batch of {} inputs", self.inputs());
+        let Activations { pass, values, output, .. } = scratch;
+        Arch::new().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
+        *pass = Some((self.version, batch.0.rows()));
+        output
     }
 
     /// Adds to `gradient` (laid out as the parameters) the derivative of a loss, given its derivative `d_output` (rows x outputs) with
@@ -219,24 +239,48 @@ impl Network {
         d_output: &[f32],
         gradient: &mut [f32],
     ) {
+        assert_eq!(input.len(), rows * self.inputs(), "{rows} rows of {} inputs", self.inputs());
+        self.check_backward(scratch, rows, d_output, gradient);
+        let Activations { input: batch, values, delta, weights, .. } = scratch;
+        weights.backward.update(self);
+        let weights = &weights.backward;
+        Arch::new().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
+    }
+
+    /// [`Network::backward`] after [`Network::forward_batch`] with the same weights and rows.
+    pub(crate) fn backward_batch(
+        &self,
+        weights: &LaidOut,
+        scratch: &mut Activations,
+        batch: &Batch,
+        d_output: &[f32],
+        gradient: &mut [f32],
+    ) {
+        assert!(weights.backward.fit(self), "weights of other parameters");
+        self.check_backward(scratch, batch.0.rows(), d_output, gradient);
+        let Activations { values, delta, .. } = scratch;
+        let weights = &weights.backward;
+        Arch::new().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
+    }
+
+    fn check_backward(&self, scratch: &Activations, rows: usize, d_output: &[f32], gradient: &[f32]) {
         assert_eq!(
             scratch.pass,
             Some((self.version, rows)),
             "backward needs the forward pass of the same parameters and rows"
         );
-        assert_eq!(input.len(), rows * self.inputs(), "{rows} rows of {} inputs", self.inputs());
         assert_eq!(d_output.len(), rows * self.outputs(), "{rows} rows of {} outputs", self.outputs());
         assert_eq!(gradient.len(), self.parameters.len(), "a gradient for each parameter");
-        Arch::new().dispatch(Backward { network: self, scratch, d_output, gradient });
     }
 }
 
 /// The forward pass, compiled for each instruction set.
 struct Forward<'a> {
     network: &'a Network,
-    scratch: &'a mut Activations,
-    input: &'a [f32],
-    rows: usize,
+    weights: &'a ForwardWeights,
+    input: &'a Strips,
+    values: &'a mut Vec<Strips>,
+    output: &'a mut Vec<f32>,
 }
 
 impl WithSimd for Forward<'_> {
@@ -244,26 +288,28 @@ impl WithSimd for Forward<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { network, scratch, input, rows } = self;
-        scratch.forward.update(network);
-        scratch.values.resize_with(network.sizes.len(), Default::default);
-        scratch.values[0].pack(input, network.inputs());
-        for (layer, (weights, bias)) in scratch.forward.layers.iter().enumerate() {
+        let Self { network, weights, input, values, output } = self;
+        let rows = input.rows();
+        values.resize_with(network.layers(), Default::default);
+        for (layer, (weights, bias)) in weights.layers.iter().enumerate() {
             let activation = (layer + 1 < network.layers()).then_some(network.activation);
-            let (done, open) = scratch.values.split_at_mut(layer + 1);
+            let (done, open) = values.split_at_mut(layer);
+            let before = done.last().unwrap_or(input);
             open[0].reshape(rows, network.sizes[layer + 1]);
-            product(simd, &done[layer], weights, &Activate { bias, activation }, &mut open[0]);
+            product(simd, before, weights, &Activate { bias, activation }, &mut open[0]);
         }
-        scratch.output.resize(rows * network.outputs(), 0.0);
-        scratch.values[network.layers()].unpack(&mut scratch.output);
-        scratch.pass = Some((network.version, rows));
+        output.resize(rows * network.outputs(), 0.0);
+        values[network.layers() - 1].unpack(output);
     }
 }
 
 /// The backward pass, compiled for each instruction set.
 struct Backward<'a> {
     network: &'a Network,
-    scratch: &'a mut Activations,
+    weights: &'a BackwardWeights,
+    input: &'a Strips,
+    values: &'a [Strips],
+    delta: &'a mut [Strips; 2],
     d_output: &'a [f32],
     gradient: &'a mut [f32],
 }
@@ -273,19 +319,17 @@ impl WithSimd for Backward<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { network, scratch, d_output, gradient } = self;
-        scratch.backward.update(network);
-        let [delta, before] = &mut scratch.delta;
+        let Self { network, weights, input, values, delta: [delta, before], d_output, gradient } = self;
         delta.pack(d_output, network.outputs());
         for layer in (0..network.layers()).rev() {
             let (start, middle, end) = network.span(layer);
-            let values = &scratch.values[layer];
+            let values = if layer == 0 { input } else { &values[layer - 1] };
             add_outer_product(simd, delta, values, &mut gradient[start..middle]);
             add_column_sums(simd, delta, &mut gradient[middle..end]);
             if layer > 0 {
                 before.reshape(values.rows(), network.sizes[layer]);
                 let finish = Differentiate { values, activation: network.activation };
-                product(simd, delta, &scratch.backward.layers[layer], &finish, before);
+                product(simd, delta, &weights.layers[layer], &finish, before);
                 std::mem::swap(delta, before);
             }
         }
@@ -304,13 +348,49 @@ mod tests {
         let rows = 21;
         let mut numbers = |count: usize| -> Vec<f32> { (0..count).map(|_| random.normal() as f32).collect() };
         let (input, d_output) = (numbers(rows * 70), numbers(rows * 3));
-        let mut scratch = Activations::new();
+        let (mut weights, mut batch) = (LaidOut::default(), Batch::default());
+        weights.update(&network);
+        batch.gather(input.chunks_exact(70), 70);
+        let (mut values, mut output, mut delta) = (Vec::new(), Vec::new(), Default::default());
         let mut gradient = vec![0.0; network.parameters().len()];
-        Simd::vectorize(simd, Forward { network: &network, scratch: &mut scratch, input: &input, rows });
-        let pass = Backward { network: &network, scratch: &mut scratch, d_output: &d_output, gradient: &mut gradient };
-        Simd::vectorize(simd, pass);
+        let forward = Forward {
+            network: &network,
+            weights: &weights.forward,
+            input: &batch.0,
+            values: &mut values,
+            output: &mut output,
+        };
+        Simd::vectorize(simd, forward);
+        let backward = Backward {
+            network: &network,
+            weights: &weights.backward,
+            input: &batch.0,
+            values: &values,
+            delta: &mut delta,
+            d_output: &d_output,
+            gradient: &mut gradient,
+        };
+        Simd::vectorize(simd, backward);
         let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect();
-        (bits(&scratch.output), bits(&gradient))
+        (bits(&output), bits(&gradient))
+    }
+
+    #[test]
+    fn a_batch_laid_out_before_gives_the_same_bits() {
+        let mut random = RandomStream::new(6, 0);
+        let network = Network::new(&[70, 40, 3], Activation::Tanh, 1.0, &mut random);
+        let input: Vec<f32> = (0..21 * 70).map(|_| random.normal() as f32).collect();
+        let d_output: Vec<f32> = (0..21 * 3).map(|_| random.normal() as f32).collect();
+        let (mut one, mut other) = (Activations::new(), Activations::new());
+        let mut gradients = [(); 2].map(|()| vec![0.0; network.parameters().len()]);
+        let expected = network.forward(&mut one, &input, 21).to_vec();
+        network.backward(&mut one, &input, 21, &d_output, &mut gradients[0]);
+        let (mut weights, mut batch) = (LaidOut::default(), Batch::default());
+        weights.update(&network);
+        batch.gather(input.chunks_exact(70), 70);
+        assert_eq!(network.forward_batch(&weights, &mut other, &batch), expected);
+        network.backward_batch(&weights, &mut other, &batch, &d_output, &mut gradients[1]);
+        assert_eq!(gradients[0], gradients[1]);
     }
 
     /// Checkpoints go from machine to machine: a processor with other vectors has to continue with the same bits.

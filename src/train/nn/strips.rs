@@ -92,6 +92,23 @@ impl Strips {
         }
     }
 
+    /// Copies rows from anywhere, each of `columns` values.
+    pub fn gather<'a>(&mut self, rows: impl ExactSizeIterator<Item = &'a [f32]>, columns: usize) {
+        self.reshape(rows.len(), columns);
+        let (panel_rows, panels) = (self.panel_rows(), self.panels());
+        for (row, values) in rows.enumerate() {
+            let (whole, rest) = values[..columns].as_chunks::<WIDTH>();
+            for (panel, whole) in whole.iter().enumerate() {
+                self.strips[panel * panel_rows + row].0 = *whole;
+            }
+            if !rest.is_empty() {
+                let last = &mut self.strips[(panels - 1) * panel_rows + row].0;
+                *last = [0.0; WIDTH];
+                last[..rest.len()].copy_from_slice(rest);
+            }
+        }
+    }
+
     /// Copies the transpose of a row-major matrix of `depth` columns: its rows become columns here.
     pub fn pack_transposed(&mut self, source: &[f32], depth: usize) {
         self.reshape(depth, source.len() / depth);

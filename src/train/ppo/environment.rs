@@ -52,7 +52,7 @@ struct TrialStart {
     random: RandomStream,
 }
 
-/// Trials that failed so soon failed by how they began, s.
+/// Trials of a motion that repeats, and that failed so soon, failed by how they began, s.
 const SOON: f64 = 2.0;
 /// Hard starts kept for each lane.
 const HARD_STARTS: usize = 8;
@@ -62,6 +62,8 @@ const HARD_STARTS: usize = 8;
 struct Lane {
     start: Option<TrialStart>,
     failed: bool,
+    /// It shows the whole motion: its end is judged by the skill's criteria.
+    whole: bool,
     age: usize,
     limit: usize,
     /// Part of the range of starting speeds.
@@ -75,7 +77,7 @@ struct Lane {
     lifted: usize,
     /// Heading of the reference's world when the trial began.
     heading: Heading<f64>,
-    /// What was seen of a judged trial.
+    /// What was seen of a whole trial.
     samples: Vec<PerformanceSample>,
     /// What a judged trial lacked.
     shortfall: Option<Shortfall>,
@@ -86,6 +88,7 @@ impl Lane {
         Self {
             start: None,
             failed: false,
+            whole: false,
             age: 0,
             limit,
             speed,
@@ -152,7 +155,7 @@ impl<R: Real> Environment<R> {
         let again = starts.again();
         if again > 0.0 {
             let ended = &mut self.lanes[lane];
-            let soon = ended.age as f64 <= SOON * self.task.skill.control_rate;
+            let soon = self.task.motion.cycle().is_none() || ended.age as f64 <= SOON * self.task.skill.control_rate;
             if let Some(start) = ended.start.take().filter(|_| ended.failed && soon) {
                 if self.hard_starts.len() < HARD_STARTS * R::LANES {
                     self.hard_starts.push(start);
@@ -224,6 +227,7 @@ impl<R: Real> Environment<R> {
         let left = if motion.cycle().is_some() { ticks } else { ticks.min(motion.last().saturating_sub(tick).max(1)) };
         self.lanes[lane] = Lane::new(left, part, self.tracker.heading(lane));
         self.lanes[lane].start = Some(began);
+        self.lanes[lane].whole = task.judged || (task.counts_whole() && tick == 0 && !follows);
         if !again {
             self.random = own;
         }
@@ -326,9 +330,11 @@ impl<R: Real> Environment<R> {
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
             }
-            if let (true, Some(watcher)) = (task.judged, &self.watcher) {
-                for (lane, mut sample) in watcher.sample(&mut self.sim, 0.0).into_iter().enumerate() {
-                    let l = &mut self.lanes[lane];
+            if let (true, Some(watcher)) = (self.lanes.iter().any(|l| l.whole), &self.watcher) {
+                for (l, mut sample) in self.lanes.iter_mut().zip(watcher.sample(&mut self.sim, 0.0)) {
+                    if !l.whole {
+                        continue;
+                    }
                     sample.time = (l.age as f64 + (part + 1) as f64 / SUBTICKS as f64) / task.skill.control_rate;
                     l.samples.push(sample);
                 }
@@ -400,9 +406,8 @@ impl<R: Real> Environment<R> {
         let reward = if failed { 0.0 } else { reward };
         let l = &mut self.lanes[lane];
         l.age += 1;
-        l.failed = failed;
         l.reward += reward;
-        if self.task.judged {
+        if l.whole {
             let fall = || Err(Shortfall { condition: "no fall", found: format!("fell at tick {}", l.age) });
             let missing = || trial.success.iter().try_for_each(|criterion| criterion.check(&l.samples));
             let verdict = if failed {
@@ -414,7 +419,8 @@ impl<R: Real> Environment<R> {
             };
             l.shortfall = verdict.err();
         }
-        let ending = if failed || l.shortfall.is_some() {
+        l.failed = failed || l.shortfall.is_some();
+        let ending = if l.failed {
             Ending::Failed
         } else if l.age >= l.limit {
             Ending::TimeUp
@@ -490,7 +496,7 @@ mod tests {
     use super::*;
     use crate::asset::clip::MotionClip;
     use crate::model::{KeyPoses, preset};
-    use crate::skill::SkillDefinition;
+    use crate::skill::{Criterion, SkillDefinition};
     use std::collections::HashSet;
 
     type Lanes = crate::math::F32x8;
@@ -536,5 +542,30 @@ mod tests {
         let again = beginnings(1.0);
         assert!(again.len() > 3 * Lanes::LANES, "{} trials", again.len());
         assert!(different(&again) < 2 * Lanes::LANES, "{} of {}", different(&again), again.len());
+    }
+
+    /// How the first trials that begin at `start` (s) of a second of the motion end, with no limit in their way.
+    fn end_of_trials(start: f64, success: Vec<Criterion>) -> Ending {
+        let mut task = SkillTask::clone(&task());
+        let skill = &mut task.skill;
+        skill.window = Some((0.0, 1.0));
+        skill.episode.start = Some((start, start));
+        skill.limits.touch = false;
+        (skill.limits.height, skill.limits.root, skill.limits.pose, skill.limits.place) = (10.0, 10.0, 10.0, 1e3);
+        skill.trial.success = success;
+        let task = Arc::new(SkillTask::new(&task.skill, task.model, &task.clip).unwrap());
+        let mut env = Environment::<f64>::new(task.clone(), 3, 1, &StartSampler::even(task.motion.last(), false));
+        let nothing = vec![0.0; task.action_size()];
+        (0..=30).map(|_| env.tick(&nothing)[0].ending).find(|e| *e != Ending::GoesOn).unwrap()
+    }
+
+    #[test]
+    fn what_a_whole_motion_lacks_counts_as_a_fall_in_training_too() {
+        let fast = |at_least| vec![Criterion::KeptSpeed { at_least, seconds: 0.1 }];
+        assert_eq!(end_of_trials(0.0, Vec::new()), Ending::TimeUp);
+        assert_eq!(end_of_trials(0.0, fast(50.0)), Ending::Failed);
+        assert_eq!(end_of_trials(0.0, fast(0.0)), Ending::TimeUp);
+        // A part of the motion cannot show all of it.
+        assert_eq!(end_of_trials(0.5, fast(50.0)), Ending::TimeUp);
     }
 }

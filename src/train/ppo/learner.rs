@@ -9,7 +9,7 @@
 //! and after is added to the loss, by a weight (Mysore et al. 2021, equation 2, with the neighbours' actions as constants).
 
 use crate::math::RandomStream;
-use crate::train::nn::{Activations, Adam, Network, clip_norm};
+use crate::train::nn::{Activations, Adam, Batch, LaidOut, Network, clip_norm};
 use crate::train::ppo::rollout::Pod;
 
 /// Rows whose gradients are computed by one thread at a time; fixed, so that sums do not depend on the threads.
@@ -48,7 +48,7 @@ pub(crate) struct UpdateReport {
 struct Shard {
     actor_scratch: Activations,
     critic_scratch: Activations,
-    observations: Vec<f32>,
+    observations: Batch,
     d_mean: Vec<f32>,
     d_value: Vec<f32>,
     actor_gradient: Vec<f32>,
@@ -64,13 +64,23 @@ pub(crate) struct Learner {
     pub critic: Network,
     pub actor_adam: Adam,
     pub critic_adam: Adam,
+    actor_weights: LaidOut,
+    critic_weights: LaidOut,
     shards: Vec<Shard>,
 }
 
 impl Learner {
     pub fn new(actor: Network, critic: Network) -> Self {
         let (a, c) = (actor.parameters().len(), critic.parameters().len());
-        Self { actor_adam: Adam::new(a), critic_adam: Adam::new(c), actor, critic, shards: Vec::new() }
+        Self {
+            actor_adam: Adam::new(a),
+            critic_adam: Adam::new(c),
+            actor,
+            critic,
+            actor_weights: LaidOut::default(),
+            critic_weights: LaidOut::default(),
+            shards: Vec::new(),
+        }
     }
 
     /// Goes over the pods' experience `epochs` times in minibatches.
@@ -82,20 +92,22 @@ impl Learner {
         let minibatch = options.minibatch.min(total);
         let shards = minibatch.div_ceil(SHARD);
         self.shards.resize_with(shards, Shard::default);
+        self.actor_weights.update(&self.actor);
+        self.critic_weights.update(&self.critic);
         let mut report = UpdateReport::default();
         'epochs: for _ in 0..options.epochs {
             for k in (1..total).rev() {
                 order.swap(k, random.below(k + 1));
             }
             for batch in order.chunks_exact(minibatch) {
-                let (actor, critic) = (&self.actor, &self.critic);
+                let networks = [(&self.actor, &self.actor_weights), (&self.critic, &self.critic_weights)];
                 let threads = options.threads.clamp(1, shards);
                 let per_thread = shards.div_ceil(threads);
                 let work = |first: usize, part: &mut [Shard]| {
                     for (k, shard) in part.iter_mut().enumerate() {
                         let from = (first + k) * SHARD;
                         let rows = &batch[from..(from + SHARD).min(batch.len())];
-                        shard.run(actor, critic, pods, per_pod, rows, batch.len(), (mean, deviation), options);
+                        shard.run(networks, pods, per_pod, rows, batch.len(), (mean, deviation), options);
                     }
                 };
                 std::thread::scope(|scope| {
@@ -108,33 +120,55 @@ impl Learner {
                         work(n * per_thread, part);
                     }
                 });
-                let (first, rest) = self.shards.split_at_mut(1);
-                let sum = &mut first[0];
-                for shard in rest {
-                    add(&mut sum.actor_gradient, &shard.actor_gradient);
-                    add(&mut sum.critic_gradient, &shard.critic_gradient);
-                    sum.divergence += shard.divergence;
-                    sum.clipped += shard.clipped;
-                    sum.critic_loss += shard.critic_loss;
-                }
-                report.divergence = sum.divergence;
-                report.clipped = sum.clipped;
-                report.critic_loss = sum.critic_loss;
-                if sum.divergence > options.largest_divergence {
+                let total = |of: fn(&Shard) -> f32| self.shards.iter().map(of).sum::<f32>();
+                report.divergence = total(|s| s.divergence);
+                report.clipped = total(|s| s.clipped);
+                report.critic_loss = total(|s| s.critic_loss);
+                if report.divergence > options.largest_divergence {
                     break 'epochs;
                 }
-                let actor_norm = clip_norm(&mut [&mut sum.actor_gradient], options.largest_gradient);
-                let critic_norm = clip_norm(&mut [&mut sum.critic_gradient], options.largest_gradient);
-                if !(actor_norm.is_finite() && critic_norm.is_finite()) {
+                let (mut of_actor, mut of_critic): (Vec<_>, Vec<_>) =
+                    self.shards.iter_mut().map(|s| (&mut s.actor_gradient[..], &mut s.critic_gradient[..])).unzip();
+                let (actor, adam, weights) = (&mut self.actor, &mut self.actor_adam, &mut self.actor_weights);
+                let mut actor = || descend(actor, adam, weights, &mut of_actor, options.rate, options.largest_gradient);
+                let (critic, adam, weights) = (&mut self.critic, &mut self.critic_adam, &mut self.critic_weights);
+                let mut critic =
+                    || descend(critic, adam, weights, &mut of_critic, options.critic_rate, options.largest_gradient);
+                let descended = std::thread::scope(|scope| {
+                    if threads == 1 {
+                        return [actor(), critic()];
+                    }
+                    let critic = scope.spawn(critic);
+                    // A panic in the thread is passed on.
+                    [actor(), critic.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))]
+                });
+                if descended != [true; 2] {
                     break 'epochs;
                 }
-                self.actor_adam.step(self.actor.parameters_mut(), &sum.actor_gradient, options.rate);
-                self.critic_adam.step(self.critic.parameters_mut(), &sum.critic_gradient, options.critic_rate);
                 report.updates += 1;
             }
         }
         report
     }
+}
+
+/// One step of a network against the sum of its shards' gradients; false, and no step, where that is no number.
+fn descend(
+    network: &mut Network,
+    adam: &mut Adam,
+    weights: &mut LaidOut,
+    gradients: &mut [&mut [f32]],
+    rate: f32,
+    largest: f32,
+) -> bool {
+    let Some((sum, rest)) = gradients.split_first_mut() else { return false };
+    rest.iter().for_each(|part| add(sum, part));
+    if !clip_norm(&mut [&mut **sum], largest).is_finite() {
+        return false;
+    }
+    adam.step(network.parameters_mut(), sum, rate);
+    weights.update(network);
+    true
 }
 
 fn add(sum: &mut [f32], part: &[f32]) {
@@ -160,8 +194,7 @@ impl Shard {
     /// Gradients of these rows; `count` is the size of the whole minibatch.
     fn run(
         &mut self,
-        actor: &Network,
-        critic: &Network,
+        [(actor, actor_weights), (critic, critic_weights)]: [(&Network, &LaidOut); 2],
         pods: &[Pod],
         per_pod: usize,
         rows: &[u32],
@@ -170,12 +203,11 @@ impl Shard {
         options: &UpdateOptions,
     ) {
         let (inputs, outputs) = (actor.inputs(), actor.outputs());
-        let n = rows.len();
-        self.observations.clear();
-        for &row in rows {
+        let observation = |&row: &u32| {
             let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
-            self.observations.extend_from_slice(&pod.observations[at * inputs..(at + 1) * inputs]);
-        }
+            &pod.observations[at * inputs..(at + 1) * inputs]
+        };
+        self.observations.gather(rows.iter().map(observation), inputs);
         self.actor_gradient.clear();
         self.actor_gradient.resize(actor.parameters().len(), 0.0);
         self.critic_gradient.clear();
@@ -184,7 +216,7 @@ impl Shard {
         let share = 1.0 / count as f32;
         let precision = 1.0 / (options.sigma * options.sigma);
 
-        let out = actor.forward(&mut self.actor_scratch, &self.observations, n);
+        let out = actor.forward_batch(actor_weights, &mut self.actor_scratch, &self.observations);
         self.d_mean.clear();
         for (k, &row) in rows.iter().enumerate() {
             let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
@@ -212,9 +244,10 @@ impl Shard {
             self.divergence += (ratio - 1.0 - log_ratio) * share;
             self.clipped += f32::from(u8::from(outside)) * share;
         }
-        actor.backward(&mut self.actor_scratch, &self.observations, n, &self.d_mean, &mut self.actor_gradient);
+        let (batch, gradient) = (&self.observations, &mut self.actor_gradient);
+        actor.backward_batch(actor_weights, &mut self.actor_scratch, batch, &self.d_mean, gradient);
 
-        let out = critic.forward(&mut self.critic_scratch, &self.observations, n);
+        let out = critic.forward_batch(critic_weights, &mut self.critic_scratch, &self.observations);
         self.d_value.clear();
         for (k, &row) in rows.iter().enumerate() {
             let (pod, at) = (&pods[row as usize / per_pod], row as usize % per_pod);
@@ -222,6 +255,7 @@ impl Shard {
             self.critic_loss += error * error * share;
             self.d_value.push(error * share);
         }
-        critic.backward(&mut self.critic_scratch, &self.observations, n, &self.d_value, &mut self.critic_gradient);
+        let (batch, gradient) = (&self.observations, &mut self.critic_gradient);
+        critic.backward_batch(critic_weights, &mut self.critic_scratch, batch, &self.d_value, gradient);
     }
 }

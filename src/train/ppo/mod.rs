@@ -2,7 +2,7 @@
 //!
 //! After Peng et al. 2018, "DeepMimic", and Yu, Park, Lee 2019, Section 6.2. What happens in an iteration: `rollout.rs` plays
 //! (`environment.rs` is a batch of trials, `sampling.rs` says where they begin), `learner.rs` updates actor and critic,
-//! `trainer.rs` repeats, measures, and keeps the best.
+//! `trainer.rs` repeats (by the numbers of `options.rs`), measures, and keeps the best.
 
 #[cfg(feature = "policy")]
 mod card;
@@ -13,6 +13,7 @@ mod evaluate;
 mod export;
 mod learner;
 mod normalizer;
+mod options;
 mod quality;
 mod rollout;
 mod sampling;
@@ -27,7 +28,8 @@ pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::trained_policy;
 pub use normalizer::Normalizer;
+pub use options::TrainOptions;
 pub use quality::{MotionQuality, motion_quality};
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};
-pub use trainer::{Iteration, TrainError, TrainOptions, Trained, Trainer};
+pub use trainer::{Iteration, TrainError, Trained, Trainer};

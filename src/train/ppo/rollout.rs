@@ -24,6 +24,8 @@ pub(crate) struct Player<'a> {
     pub sigma: f32,
     pub gamma: f32,
     pub lambda: f32,
+    /// Observations are also kept as they were seen, for the normaliser.
+    pub keeps_raw: bool,
 }
 
 /// One pod: its trials, and the experience of the last rollout (tick by tick, `POD_ROWS` rows each).
@@ -33,6 +35,7 @@ pub(crate) struct Pod {
     actor_scratch: Activations,
     critic_scratch: Activations,
     pub observations: Vec<f32>,
+    /// Observations as they were seen, where the normaliser still learns.
     pub raw: Vec<f32>,
     pub actions: Vec<f32>,
     /// The actions without exploration.
@@ -81,7 +84,7 @@ impl Pod {
         let (inputs, outputs) = (player.actor.inputs(), player.actor.outputs());
         let rows = POD_ROWS;
         self.observations.resize(ticks * rows * inputs, 0.0);
-        self.raw.resize(ticks * rows * inputs, 0.0);
+        self.raw.clear();
         self.actions.resize(ticks * rows * outputs, 0.0);
         self.means.resize(ticks * rows * outputs, 0.0);
         for buffer in [
@@ -100,12 +103,13 @@ impl Pod {
         let mut clock = std::time::Instant::now();
         for tick in 0..ticks {
             let span = tick * rows * inputs..(tick + 1) * rows * inputs;
-            let raw = &mut self.raw[span.clone()];
-            for (env, part) in self.environments.iter_mut().zip(raw.chunks_exact_mut(Lanes::LANES * inputs)) {
+            let observation = &mut self.observations[span];
+            for (env, part) in self.environments.iter_mut().zip(observation.chunks_exact_mut(Lanes::LANES * inputs)) {
                 env.observe(part);
             }
-            let observation = &mut self.observations[span];
-            observation.copy_from_slice(raw);
+            if player.keeps_raw {
+                self.raw.extend_from_slice(observation);
+            }
             player.normalizer.apply(observation);
             self.seconds.0 += lap(&mut clock);
 

@@ -1,4 +1,7 @@
 //! Where and how fast trials begin: more often ahead of the places, and at the speeds, where trials fail.
+//!
+//! A trial of the training ends by limits that are narrower than what counts in the end, and by its exploration. So how often a
+//! speed is drawn also follows from how often measured trials at that speed fail ([`StartSampler::weigh_speeds`]).
 
 use crate::math::RandomStream;
 
@@ -6,8 +9,12 @@ use crate::math::RandomStream;
 const BIN: usize = 4;
 /// How many bins before a failure share the blame.
 const LOOK_BACK: usize = 4;
-/// Slices of the range of speeds.
+/// Slices of the range of speeds by which failures are counted.
 const SPEEDS: usize = 5;
+/// Parts of such a slice that are weighed.
+const FINE: usize = 3;
+/// Parts of the range of speeds that are weighed.
+pub(crate) const SPEED_PARTS: usize = SPEEDS * FINE;
 /// How fast old counts fade, per update.
 const FADE: f64 = 0.97;
 
@@ -25,6 +32,13 @@ pub struct StartSampler {
     /// Part of the trials that begin as one began that soon failed.
     #[serde(default)]
     again: f64,
+    /// How much more each part of the speeds is to blame than what was counted says.
+    #[serde(default = "as_counted")]
+    weights: [f64; SPEED_PARTS],
+}
+
+fn as_counted() -> [f64; SPEED_PARTS] {
+    [1.0; SPEED_PARTS]
 }
 
 fn evenly() -> f64 {
@@ -58,7 +72,16 @@ impl StartSampler {
     pub(crate) fn new(last: usize, cyclic: bool, even: f64) -> Self {
         let zeros = vec![0.0; last.max(1).div_ceil(BIN) * SPEEDS];
         let visits = vec![1.0; zeros.len()];
-        let mut sampler = Self { last, visits, failures: zeros.clone(), cumulative: zeros, cyclic, even, again: 0.0 };
+        let mut sampler = Self {
+            last,
+            visits,
+            failures: zeros.clone(),
+            cumulative: zeros,
+            cyclic,
+            even,
+            again: 0.0,
+            weights: as_counted(),
+        };
         sampler.refresh();
         sampler
     }
@@ -93,6 +116,12 @@ impl StartSampler {
         self.refresh();
     }
 
+    /// Weighs what was counted at each part of the speeds. What is not a positive number counts as 1.
+    pub(crate) fn weigh_speeds(&mut self, weights: [f64; SPEED_PARTS]) {
+        self.weights = weights.map(|w| if w > 0.0 && w.is_finite() { w } else { 1.0 });
+        self.refresh();
+    }
+
     /// Whether this sampler is for the same motion as another.
     pub(crate) fn fits(&self, other: &Self) -> bool {
         let lengths = |s: &Self| [s.visits.len(), s.failures.len(), s.cumulative.len(), s.last, usize::from(s.cyclic)];
@@ -122,7 +151,7 @@ impl StartSampler {
                 let after = place..place + LOOK_BACK;
                 let within =
                     after.filter_map(|p| if self.cyclic { Some(p % places) } else { (p < places).then_some(p) });
-                within.map(|p| rate(p * SPEEDS + slice)).sum()
+                mean(self.fine(slice)) * within.map(|p| rate(p * SPEEDS + slice)).sum::<f64>()
             })
             .collect();
         let total: f64 = blame.iter().sum::<f64>().max(1e-9);
@@ -133,14 +162,44 @@ impl StartSampler {
         }
     }
 
+    /// Weights of the parts of a slice.
+    fn fine(&self, slice: usize) -> &[f64] {
+        &self.weights[slice * FINE..(slice + 1) * FINE]
+    }
+
+    /// Where (0 to 1) in its slice a speed lies that is the part `u` of all of the bin's.
+    fn within_slice(&self, bin: usize, u: f64) -> f64 {
+        let weights = self.fine(bin % SPEEDS);
+        if weights.iter().all(|w| *w == weights[0]) {
+            return u;
+        }
+        let before = bin.checked_sub(1).map_or(0.0, |b| self.cumulative[b]);
+        let all = self.cumulative[bin] - before;
+        // What is even over the speeds stays even.
+        let even = (self.even / self.cumulative.len() as f64).min(all);
+        let mut left = u * all;
+        for (part, weight) in weights.iter().enumerate() {
+            let share = (even + (all - even) * weight / mean(weights)) / FINE as f64;
+            if left < share {
+                return (part as f64 + left / share) / FINE as f64;
+            }
+            left -= share;
+        }
+        u
+    }
+
     /// A starting tick, and which part (0 to 1) of the range of speeds.
     pub fn draw(&self, random: &mut RandomStream) -> (usize, f64) {
         let total = self.cumulative.last().copied().unwrap_or(1.0);
         let u = random.uniform() * total;
         let bin = self.cumulative.partition_point(|c| *c < u).min(self.cumulative.len() - 1);
         let tick = ((bin / SPEEDS) * BIN + random.below(BIN)).min(self.last.saturating_sub(1));
-        (tick, ((bin % SPEEDS) as f64 + random.uniform()) / SPEEDS as f64)
+        (tick, ((bin % SPEEDS) as f64 + self.within_slice(bin, random.uniform())) / SPEEDS as f64)
     }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 #[cfg(test)]
@@ -176,6 +235,35 @@ mod tests {
         // Four of ten starts are even; the others are at the slow speeds shortly before tick 60.
         assert!((1_800..2_200).contains(&early), "{early}");
         assert!((6_600..7_000).contains(&slow), "{slow}");
+    }
+
+    #[test]
+    fn speeds_at_which_measured_trials_fail_are_drawn_more_often() {
+        let mut sampler = StartSampler::new(80, false, 0.4);
+        let mut counts = sampler.counts();
+        for k in 0..80 * 900 {
+            let (tick, part) = (k % 80, (k / 80) as f64 / 900.0);
+            counts.visit(tick, part, tick == 60 && k / 80 % 10 == 0);
+        }
+        sampler.add(&[counts]);
+        // How many of 10,000 starts lie in the slowest fifteenth of the speeds, and how many in the next.
+        let slowest = |sampler: &StartSampler| {
+            let mut random = RandomStream::new(7, 1);
+            let parts: Vec<_> = (0..10_000).map(|_| sampler.draw(&mut random).1 * SPEED_PARTS as f64).collect();
+            [0.0, 1.0].map(|from| parts.iter().filter(|p| (from..from + 1.0).contains(*p)).count())
+        };
+        let even = |[first, second]: [usize; 2]| (580..760).contains(&first) && (580..760).contains(&second);
+        assert!(even(slowest(&sampler)), "as often as the others: {:?}", slowest(&sampler));
+        let mut weights = as_counted();
+        weights[0] = SPEED_PARTS as f64 - 1.0;
+        sampler.weigh_speeds(weights);
+        // Half of the six of ten starts that are not even, and a fifteenth of the others.
+        let [first, second] = slowest(&sampler);
+        assert!((3_070..3_470).contains(&first), "{first}");
+        // Of the fourteen other parts, each has a fourteenth of the other half.
+        assert!((400..560).contains(&second), "{second}");
+        sampler.weigh_speeds([f64::NAN; SPEED_PARTS]);
+        assert!(even(slowest(&sampler)), "{:?}", slowest(&sampler));
     }
 
     #[test]

@@ -6,8 +6,8 @@ use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions}
 use crate::model::{CharacterModel, ContactPoint, LinkTransform, ModelPose, SharedModel};
 use crate::sim::SimulationSettings;
 use crate::skill::{
-    ENTRY, EpisodeOptions, PushOptions, SkillDefinition, SkillError, Transition, TrialRow, best_transition, blade_pair,
-    forbidden_points,
+    ENTRY, EpisodeOptions, PushOptions, Range, SkillDefinition, SkillError, Transition, TrialRow, best_transition,
+    blade_pair, forbidden_points,
 };
 use std::sync::Arc;
 
@@ -183,11 +183,19 @@ impl SkillTask {
         Ok(task)
     }
 
+    /// Whether a trial of the training that shows the whole motion is judged at its end by the skill's criteria, too: a motion
+    /// that ends is over by then, and what it lacks counts as a fall does.
+    pub(crate) fn counts_whole(&self) -> bool {
+        let whole = self.motion.last() as f64 <= self.skill.episode.seconds * self.skill.control_rate;
+        let begins = self.skill.trial.start.is_none_or(|(first, _)| first == 0.0);
+        !self.judged && !self.skill.trial.success.is_empty() && self.motion.cycle().is_none() && whole && begins
+    }
+
     /// Whether it matters when a blade touches the ice.
     pub(crate) fn watches_blades(&self) -> bool {
         let limits = &self.skill.limits;
         let in_air = self.skill.episode.push.as_ref().is_some_and(|p| p.airborne);
-        self.judged || limits.free_foot || limits.standing_foot || in_air
+        self.judged || self.counts_whole() || limits.free_foot || limits.standing_foot || in_air
     }
 
     /// Height of the lowest contact point of a pose, m.
@@ -200,6 +208,12 @@ impl SkillTask {
     /// Simulated steps between two decisions.
     pub(crate) fn steps_per_tick(&self) -> f64 {
         self.settings.rate / self.skill.control_rate
+    }
+
+    /// The speeds that are drawn for the beginnings of trials, m/s.
+    pub(crate) fn drawn_speeds(&self) -> Range {
+        let (episode, mean) = (&self.skill.episode, self.motion.mean_speed());
+        episode.start_speed.or(episode.speed).unwrap_or((mean, mean))
     }
 
     /// Numbers of an action: three for each link but the root.

@@ -3,12 +3,14 @@
 use crate::asset::dense_layers::DenseLayers;
 use crate::asset::policy_contract::{ObservationBlock, PolicyContract};
 use crate::math::RandomStream;
+use crate::skill::Range;
 use crate::train::nn::{Activation, Adam, Network};
 use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate, row_seed};
 use crate::train::ppo::learner::{Learner, UpdateOptions};
 use crate::train::ppo::normalizer::Normalizer;
+use crate::train::ppo::options::TrainOptions;
 use crate::train::ppo::rollout::{Lanes, POD_ROWS, Player, Pod};
-use crate::train::ppo::sampling::StartSampler;
+use crate::train::ppo::sampling::{SPEED_PARTS, StartSampler};
 use crate::train::ppo::task::{SkillTask, TaskError};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -17,104 +19,20 @@ use std::time::Instant;
 /// Iterations in which only the critic learns where the actor was there before: some hundred updates.
 const CRITIC_FIRST: usize = 10;
 
+/// Least and largest learning rate that the divergence leads to.
+const RATES: (f32, f32) = (5e-6, 1e-3);
+
 /// Measured survival from which a motion can be done: what is left is to make it robust.
 const ABLE: f64 = 0.9;
 
+/// Survival of its worst row from which a training settles: smaller changes teach what is missing there more slowly.
+const SETTLES: f64 = 0.8;
+
+/// How much of the count of failures of each row is left after another measurement.
+const ROWS_FADE: f64 = 0.8;
+
 /// With how many times the trials a measurement of a policy that may be the best is repeated.
 const AGAIN: usize = 3;
-
-/// How to learn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TrainOptions {
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Threads.
-    pub threads: usize,
-    /// Pods of 64 trials.
-    pub pods: usize,
-    /// Ticks of every trial in an iteration.
-    pub ticks: usize,
-    /// Rows of a minibatch.
-    pub minibatch: usize,
-    /// Passes over the experience of an iteration.
-    pub epochs: usize,
-    /// Hidden layers.
-    pub hidden: Vec<usize>,
-    /// Discount of a tick.
-    pub gamma: f32,
-    /// Decay of the advantage estimate.
-    pub lambda: f32,
-    /// Bound of the probability ratio.
-    pub clip: f32,
-    /// First learning rate; it follows the divergence.
-    pub rate: f32,
-    /// Divergence at which an iteration's update stops and the learning rate falls; below half of it the rate rises.
-    pub divergence: f32,
-    /// How strongly an action is drawn to those before and after it (Mysore, Mabsout, Mancuso, Saenko 2021, "Regularizing
-    /// Action Policies for Smooth Control", equation 2); 0 not at all.
-    pub smoothness: f32,
-    /// The policy that is measured and kept is a running mean of the actor's parameters over about so many iterations.
-    pub average: usize,
-    /// Standard deviation of the exploration at the start and in the end, in units of the action.
-    pub sigma: (f32, f32),
-    /// Samples over which it falls from the first to the last.
-    pub sigma_samples: f64,
-    /// What exploration and divergence are multiplied by in the end. Once the motion can be done (a measured survival of
-    /// 90 %), smaller changes of the policy make it robust, larger ones undo as much as they gain.
-    pub settled: (f32, f32),
-    /// Samples, since the motion can be done, over which they fall.
-    pub settle_samples: f64,
-    /// Iterations after which the normaliser stays.
-    pub normalizer_iterations: usize,
-    /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
-    /// of where, and at the speeds at which, trials fail.
-    pub even_starts: f64,
-    /// Part of the trials that begin exactly as one began that failed within two seconds, once the motion can be done (a
-    /// measured survival of 90 %); a start that has been lasted through is forgotten.
-    pub hard_starts: f64,
-    /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
-    pub critic_first: usize,
-    /// Trials of a measurement.
-    pub evaluation_trials: usize,
-    /// Iterations between measurements.
-    pub evaluate_every: usize,
-    /// How large a part of the simulated steps may be those of measurements: one whose turn it is is left out where earlier
-    /// ones took more.
-    pub evaluation_share: f64,
-}
-
-impl Default for TrainOptions {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            threads: crate::train::default_threads(),
-            pods: 4,
-            ticks: 32,
-            minibatch: 1024,
-            epochs: 2,
-            hidden: vec![128, 128, 128],
-            gamma: 0.97,
-            lambda: 0.95,
-            clip: 0.2,
-            rate: 3e-4,
-            divergence: 0.06,
-            smoothness: 0.1,
-            average: 20,
-            sigma: (0.2, 0.08),
-            sigma_samples: 4e6,
-            settled: (0.6, 0.33),
-            settle_samples: 1e7,
-            normalizer_iterations: 60,
-            even_starts: 0.4,
-            hard_starts: 0.25,
-            critic_first: 0,
-            evaluation_trials: 128,
-            evaluate_every: 20,
-            evaluation_share: 0.1,
-        }
-    }
-}
 
 /// Why training could not begin or go on.
 #[derive(Debug, thiserror::Error)]
@@ -225,6 +143,9 @@ struct Checkpoint {
     /// Simulated steps of measurements; absent in files of older trainings.
     #[serde(default)]
     measured_steps: f64,
+    /// Measured trials of each row, and how many of them failed; absent in files of older trainings.
+    #[serde(default)]
+    measured_rows: Vec<[f64; 2]>,
     rate: f32,
     best: Option<Trained>,
 }
@@ -243,10 +164,12 @@ pub struct Trainer {
     random: RandomStream,
     rate: f32,
     curve: Vec<Iteration>,
-    /// Samples since the motion can be done (a measured survival of 90 %).
+    /// Samples with which the motion could be done: a measured survival of 90 %, and of [`SETTLES`] in every row.
     able_samples: f64,
     /// Simulated steps of all measurements.
     measured_steps: f64,
+    /// Measured trials of each row, and how many of them failed; old ones fade.
+    measured_rows: Vec<[f64; 2]>,
     best: Option<Trained>,
     /// The best policy was measured by the training that this one resumes.
     best_from_before: bool,
@@ -255,10 +178,10 @@ pub struct Trainer {
 impl Trainer {
     /// Begins a training.
     pub fn new(task: SkillTask, options: TrainOptions) -> Result<Self, TrainError> {
-        check(&options)?;
+        options.check()?;
         // Measured as it will be judged and played, at the character's own rate.
         let judged = task.at_rate(task.model.step_rate)?;
-        let rows = judged.trials()?.into_iter().map(|(_, row)| row).collect();
+        let rows: Vec<_> = judged.trials()?.into_iter().map(|(_, row)| row).collect();
         let task = Arc::new(task);
         let (inputs, outputs) = (task.layout.size(), task.action_size());
         let sizes = |last: usize| -> Vec<usize> {
@@ -279,6 +202,7 @@ impl Trainer {
             curve: Vec::new(),
             able_samples: 0.0,
             measured_steps: 0.0,
+            measured_rows: vec![[0.0; 2]; rows.len()],
             best: None,
             best_from_before: false,
             rows,
@@ -387,6 +311,9 @@ impl Trainer {
         trainer.curve = saved.curve;
         trainer.able_samples = saved.able_samples;
         trainer.measured_steps = saved.measured_steps;
+        if saved.measured_rows.len() == trainer.rows.len() {
+            trainer.measured_rows = saved.measured_rows;
+        }
         trainer.rate = saved.rate;
         trainer.best = saved.best;
         trainer.best_from_before = true;
@@ -417,6 +344,7 @@ impl Trainer {
             curve: self.curve.clone(),
             able_samples: self.able_samples,
             measured_steps: self.measured_steps,
+            measured_rows: self.measured_rows.clone(),
             rate: self.rate,
             best: self.best.clone(),
         };
@@ -463,6 +391,7 @@ impl Trainer {
             sigma,
             gamma: o.gamma,
             lambda: o.lambda,
+            keeps_raw: self.curve.len() < o.normalizer_iterations,
         };
         let (starts, ticks) = (&self.starts, o.ticks);
         let per_thread = self.pods.len().div_ceil(o.threads.max(1));
@@ -495,9 +424,9 @@ impl Trainer {
         if critic_only {
             // Nothing was learnt about the rate.
         } else if report.divergence > largest_divergence {
-            self.rate = (self.rate / 1.2).max(2e-5);
+            self.rate = (self.rate / 1.2).max(RATES.0);
         } else if report.divergence < 0.5 * largest_divergence {
-            self.rate = (self.rate * 1.1).min(1e-3);
+            self.rate = (self.rate * 1.1).min(RATES.1);
         }
         // A mean over few iterations at first, so that it does not hold on to the beginning.
         let over = self.options.average.clamp(1, 1 + self.curve.len() / 4) as f32;
@@ -505,8 +434,10 @@ impl Trainer {
         let learning = learning.elapsed().as_secs_f64();
 
         if self.best.as_ref().is_some_and(|b| b.evaluation.0 >= ABLE) {
-            self.able_samples += (self.pods.len() * POD_ROWS * ticks) as f64;
             self.starts.set_again(self.options.hard_starts);
+            if self.measured_rows.iter().all(|[trials, failed]| *failed <= (1.0 - SETTLES) * trials) {
+                self.able_samples += (self.pods.len() * POD_ROWS * ticks) as f64;
+            }
         }
         let counts: Vec<_> = self.pods.iter().map(|p| p.counts.clone()).collect();
         self.starts.add(&counts);
@@ -539,13 +470,15 @@ impl Trainer {
         if number.is_multiple_of(self.options.evaluate_every.max(1)) && self.may_measure(iteration.samples) {
             if let Some(mut best) = self.best.take_if(|_| self.best_from_before) {
                 // The character or the skill may have changed in between.
-                best.evaluation = self.measure(&best, number, None);
+                best.evaluation = overall(&self.measure(&best, number, None));
                 self.best = Some(best);
             }
             self.best_from_before = false;
             let mut present = self.present();
             let best = self.best.as_ref().map(|b| b.evaluation);
-            present.evaluation = self.measure(&present, number, best);
+            let rows = self.measure(&present, number, best);
+            self.note_rows(&rows);
+            present.evaluation = overall(&rows);
             iteration.evaluation = Some(present.evaluation);
             if is_as_good(present.evaluation, best) {
                 self.best = Some(present);
@@ -562,73 +495,93 @@ impl Trainer {
         self.measured_steps <= self.options.evaluation_share * (self.measured_steps + trained)
     }
 
-    /// Survival and reward of a policy without exploration, on trials of their own. One that seems to be as good as `best`,
-    /// and can do the motion, is tried [`AGAIN`] times as often again: of many policies that are tried shortly, the best
+    /// What a policy does without exploration on trials of their own, row by row. One that seems to be as good as `best`, and
+    /// can do the motion, is tried [`AGAIN`] times as often again: of many policies that are tried shortly, the best
     /// looking is the luckiest.
-    fn measure(&mut self, policy: &Trained, number: usize, best: Option<(f64, f64)>) -> (f64, f64) {
+    fn measure(&mut self, policy: &Trained, number: usize, best: Option<(f64, f64)>) -> Vec<EvaluationReport> {
         let each = self.options.evaluation_trials.div_ceil(self.rows.len().max(1));
         let seed = self.options.seed ^ (0x6d65_6173 + number as u64);
-        let mut whole = self.try_out(policy, each, seed);
-        if whole.survival() >= ABLE && is_as_good((whole.survival(), whole.reward), best) {
-            whole.add(&self.try_out(policy, AGAIN * each, seed ^ 0x6167_6169_6e00_0000));
+        let mut rows = self.try_out(policy, each, seed);
+        let found = overall(&rows);
+        if found.0 >= ABLE && is_as_good(found, best) {
+            for (row, more) in rows.iter_mut().zip(self.try_out(policy, AGAIN * each, seed ^ 0x6167_6169_6e00_0000)) {
+                row.add(&more);
+            }
         }
-        (whole.survival(), whole.reward)
+        rows
     }
 
     /// So many trials of each row.
-    fn try_out(&mut self, policy: &Trained, each: usize, seed: u64) -> EvaluationReport {
+    fn try_out(&mut self, policy: &Trained, each: usize, seed: u64) -> Vec<EvaluationReport> {
         let actor = MeanActor(&policy.actor, &policy.normalizer);
-        let mut whole = EvaluationReport::default();
-        for (k, row) in self.rows.iter().enumerate() {
-            whole.add(&evaluate::<Lanes, _>(row, &actor, each, row_seed(seed, k), self.options.threads));
+        let tried = |(k, row): (usize, &Arc<SkillTask>)| {
+            evaluate::<Lanes, _>(row, &actor, each, row_seed(seed, k), self.options.threads)
+        };
+        let rows: Vec<_> = self.rows.iter().enumerate().map(tried).collect();
+        let ticks: usize = rows.iter().map(|r| r.ticks).sum();
+        self.measured_steps += ticks as f64 * self.rows[0].steps_per_tick();
+        rows
+    }
+
+    /// Trials begin more often at the speeds of rows that fail more often than the others.
+    fn note_rows(&mut self, rows: &[EvaluationReport]) {
+        for (count, row) in self.measured_rows.iter_mut().zip(rows) {
+            let new = [row.trials as f64, (row.trials - row.survived) as f64];
+            *count = [0, 1].map(|k| count[k] * ROWS_FADE + new[k]);
         }
-        self.measured_steps += whole.ticks as f64 * self.rows[0].steps_per_tick();
-        whole
+        let drawn = self.task.drawn_speeds();
+        let tried: Vec<_> = self.rows.iter().map(|row| row.drawn_speeds()).collect();
+        self.starts.weigh_speeds(speed_weights(drawn, &tried, &self.measured_rows));
     }
 }
 
-fn check(o: &TrainOptions) -> Result<(), TrainError> {
-    let bad = |option, found: String, valid| Err(TrainError::Option { option, found, valid });
-    if !(1..=256).contains(&o.threads) {
-        return bad("threads", o.threads.to_string(), "1 to 256");
-    }
-    if !(1..=4096).contains(&o.pods) {
-        return bad("pods", o.pods.to_string(), "1 to 4096");
-    }
-    if !(1..=4096).contains(&o.ticks) {
-        return bad("ticks", o.ticks.to_string(), "1 to 4096");
-    }
-    if !(1..=1 << 20).contains(&o.minibatch) {
-        return bad("minibatch", o.minibatch.to_string(), "1 to 1048576");
-    }
-    if o.hidden.is_empty() || o.hidden.len() > 8 || o.hidden.iter().any(|h| !(1..=4096).contains(h)) {
-        return bad("hidden", format!("{:?}", o.hidden), "1 to 8 layers of 1 to 4096");
-    }
-    if !(0.0..1.0).contains(&o.gamma) || !(0.0..=1.0).contains(&o.lambda) {
-        return bad("gamma, lambda", format!("{}, {}", o.gamma, o.lambda), "from 0 to 1");
-    }
-    if !(o.sigma.0 > 0.0 && o.sigma.1 > 0.0 && o.sigma.0.is_finite() && o.sigma.1.is_finite()) {
-        return bad("sigma", format!("{:?}", o.sigma), "two positive numbers");
-    }
-    let factor = |f: f32| f > 0.0 && f <= 1.0;
-    if !(factor(o.settled.0) && factor(o.settled.1)) {
-        return bad("settled", format!("{:?}", o.settled), "two numbers, more than 0 and up to 1");
-    }
-    if !(o.smoothness >= 0.0 && o.smoothness.is_finite()) {
-        return bad("smoothness", o.smoothness.to_string(), "0 or more");
-    }
-    let shares =
-        [("even_starts", o.even_starts), ("hard_starts", o.hard_starts), ("evaluation_share", o.evaluation_share)];
-    for (option, share) in shares {
-        if !(0.0..=1.0).contains(&share) {
-            return bad(option, share.to_string(), "0 to 1");
+/// Survival and reward over all rows.
+fn overall(rows: &[EvaluationReport]) -> (f64, f64) {
+    let mut whole = EvaluationReport::default();
+    rows.iter().for_each(|row| whole.add(row));
+    (whole.survival(), whole.reward)
+}
+
+/// How much more than the mean measured trials fail at each part of the speeds that trainings draw, from the speeds that each
+/// row draws and its trials and failures.
+fn speed_weights(drawn: Range, tried: &[Range], counts: &[[f64; 2]]) -> [f64; SPEED_PARTS] {
+    let width = (drawn.1 - drawn.0) / SPEED_PARTS as f64;
+    let rates: [f64; SPEED_PARTS] = core::array::from_fn(|k| {
+        let (low, high) = (drawn.0 + k as f64 * width, drawn.0 + (k + 1) as f64 * width);
+        let (mut all, mut failed) = (0.0, 0.0);
+        for (range, [trials, failures]) in tried.iter().zip(counts) {
+            // Of the row's trials, those at this part.
+            let part = (range.1.min(high) - range.0.max(low)).max(0.0) / (range.1 - range.0).max(1e-9);
+            all += part * trials;
+            failed += part * failures;
         }
+        // One failure more in 100 trials: few trials say little.
+        (failed + 1.0) / (all + 100.0)
+    });
+    let mean = rates.iter().sum::<f64>() / SPEED_PARTS as f64;
+    rates.map(|rate| rate / mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_that_fails_weighs_the_speeds_that_it_draws() {
+        let rows: Vec<Range> = (0..5).map(|k| (0.9 * k as f64, 0.9 * (k + 1) as f64)).collect();
+        let mut counts = [[300.0, 0.0]; 5];
+        counts[0] = [300.0, 57.0];
+        let weights = speed_weights((0.0, 4.5), &rows, &counts);
+        // A third of the row's trials at each of its three parts: 20 of 200 against 1 of 200.
+        assert!((weights[2] / weights[3] - 20.0).abs() < 1e-9, "{weights:?}");
+        assert!((weights[0] / weights[14] - 20.0).abs() < 1e-9, "{weights:?}");
+        assert!((weights.iter().sum::<f64>() - SPEED_PARTS as f64).abs() < 1e-9);
+        // A row that draws all speeds tells nothing about any of them, nor does one of a single speed, or no trial.
+        let even = |drawn, rows: &[Range], counts: &[[f64; 2]]| {
+            speed_weights(drawn, rows, counts).iter().all(|w| (w - 1.0).abs() < 1e-9)
+        };
+        assert!(even((0.0, 2.5), &[(0.0, 2.5), (0.0, 2.5)], &[[100.0, 1.0], [100.0, 30.0]]));
+        assert!(even((2.0, 2.0), &[(2.0, 2.0)], &[[100.0, 30.0]]));
+        assert!(even((0.0, 4.5), &rows, &[[0.0; 2]; 5]));
     }
-    if o.settle_samples.is_nan() || o.settle_samples <= 0.0 {
-        return bad("settle_samples", o.settle_samples.to_string(), "more than 0");
-    }
-    if !(1..=10_000).contains(&o.average) {
-        return bad("average", o.average.to_string(), "1 to 10000 iterations");
-    }
-    Ok(())
 }
