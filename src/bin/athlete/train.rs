@@ -80,7 +80,8 @@ pub struct Train {
     /// Part of the trials that begin evenly over the motion and its speeds, not where trials fail [default: 0.4]
     #[arg(long)]
     even_starts: Option<f64>,
-    /// Part of the trials that begin as one began that soon failed, once the motion can be done [default: 0.25]
+    /// Part of the trials that begin as one began that failed, soon where the motion repeats, once the motion can be done
+    /// [default: 0.25]
     #[arg(long)]
     hard_starts: Option<f64>,
     /// Divergence at which an iteration's update stops [default: 0.06]

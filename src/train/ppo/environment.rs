@@ -62,7 +62,7 @@ const HARD_STARTS: usize = 8;
 struct Lane {
     start: Option<TrialStart>,
     failed: bool,
-    /// It shows the whole motion: its end is judged by the skill's criteria.
+    /// It is judged, or shows the whole motion: its end is judged by the skill's criteria.
     whole: bool,
     age: usize,
     limit: usize,
@@ -79,7 +79,7 @@ struct Lane {
     heading: Heading<f64>,
     /// What was seen of a whole trial.
     samples: Vec<PerformanceSample>,
-    /// What a judged trial lacked.
+    /// What a whole trial lacked.
     shortfall: Option<Shortfall>,
 }
 
@@ -114,7 +114,7 @@ pub struct Environment<R: Real> {
     pub tracker: Tracker<R>,
     random: RandomStream,
     lanes: Vec<Lane>,
-    /// Starts after which a trial soon failed, and has not been lasted through since.
+    /// Starts after which a trial failed (soon, where the motion repeats), and that have not been lasted through since.
     hard_starts: Vec<TrialStart>,
     watcher: Option<Watcher<R>>,
     features: Vec<R>,
@@ -470,12 +470,12 @@ impl<R: Real> Environment<R> {
         Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed }
     }
 
-    /// What a lane's judged trial lacked when it ended.
+    /// What a lane's trial lacked when it ended, where it is judged or shows the whole motion.
     pub fn shortfall(&self, lane: usize) -> Option<&Shortfall> {
         self.lanes[lane].shortfall.as_ref()
     }
 
-    /// What was seen of a lane's judged trial.
+    /// What was seen of a lane's trial, where it is judged or shows the whole motion.
     pub fn samples(&self, lane: usize) -> &[PerformanceSample] {
         &self.lanes[lane].samples
     }

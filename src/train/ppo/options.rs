@@ -50,8 +50,8 @@ pub struct TrainOptions {
     /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
     /// of where, and at the speeds at which, trials fail.
     pub even_starts: f64,
-    /// Part of the trials that begin exactly as one began that failed within two seconds, once the motion can be done (a
-    /// measured survival of 90 %); a start that has been lasted through is forgotten.
+    /// Part of the trials that begin exactly as one began that failed (within two seconds, where the motion repeats), once the
+    /// motion can be done (a measured survival of 90 %); a start that has been lasted through is forgotten.
     pub hard_starts: f64,
     /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
     pub critic_first: usize,

@@ -29,7 +29,7 @@ pub struct StartSampler {
     /// Part of the starts that is even over the motion and the speeds.
     #[serde(default = "evenly")]
     even: f64,
-    /// Part of the trials that begin as one began that soon failed.
+    /// Part of the trials that begin as one began that failed.
     #[serde(default)]
     again: f64,
     /// How much more each part of the speeds is to blame than what was counted says.
