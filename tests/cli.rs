@@ -165,7 +165,8 @@ fn train_leaves_a_policy_with_its_card() {
     let card = RobustnessCard::load(format!("{out}/card.json")).unwrap();
     assert_eq!((card.skill.as_str(), card.trials), ("two_foot_glide", 8));
     assert_eq!(card.command, "athlete evaluate run --trials 8 --seed 1000003");
-    assert!((100.0 * card.rows[0].rate() - numbers[0]).abs() < 0.06, "{last}");
+    assert!((100.0 * card.rate() - numbers[0]).abs() < 0.06, "{last}");
+    assert!(card.reward_per_step().is_some_and(|reward| (reward - numbers[1]).abs() < 6e-4), "{last}");
     for file in ["policy.onnx", "checkpoint.json", "curve.csv", "curve.png", "two_foot_glide.clip.ron"] {
         assert!(std::fs::metadata(format!("{out}/{file}")).is_ok(), "{file}");
     }

@@ -56,6 +56,17 @@ fn card() -> RobustnessCard {
     }
 }
 
+/// A row counts by its trials, not as one of two.
+#[test]
+fn a_card_sums_its_rows() {
+    let mut card = card();
+    assert!((card.rate() - 197.0 / 500.0).abs() < 1e-12);
+    card.quality.insert("reward_per_step, no pushes".into(), 0.9);
+    assert_eq!(card.reward_per_step(), None, "a row was not measured");
+    card.quality.insert("reward_per_step, 200 N".into(), 0.4);
+    assert!(card.reward_per_step().is_some_and(|reward| (reward - 0.6).abs() < 1e-12));
+}
+
 #[test]
 fn a_card_survives_and_a_wrong_one_is_refused() {
     let card = card();

@@ -104,7 +104,23 @@ fn refuse(place: impl ToString, found: impl ToString, valid: impl ToString) -> R
     Err(CardError::Value { place: place.to_string(), found: found.to_string(), valid: valid.to_string() })
 }
 
+/// The name in [`RobustnessCard::quality`] of a row's mean reward of a decision.
+pub(crate) fn reward_name(row: &str) -> String {
+    format!("reward_per_step, {row}")
+}
+
 impl RobustnessCard {
+    /// Share of the trials of all rows that succeeded; NaN without trials.
+    pub fn rate(&self) -> f64 {
+        self.rows.iter().map(|row| row.successes).sum::<u64>() as f64 / self.trials as f64
+    }
+
+    /// Mean reward of a decision over the trials of all rows; `None` where a row's was not measured.
+    pub fn reward_per_step(&self) -> Option<f64> {
+        let rewards = self.rows.iter().map(|row| Some(row.trials as f64 * self.quality.get(&reward_name(&row.name))?));
+        Some(rewards.sum::<Option<f64>>()? / self.trials as f64)
+    }
+
     /// Checks that the counts fit each other and the intervals fit the counts.
     pub fn check(&self) -> Result<(), CardError> {
         if self.version != CARD_VERSION {

@@ -271,10 +271,7 @@ impl Train {
         let (card, shortfalls) = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
         card.save(out.join("card.json"))?;
         say_card(&card, &shortfalls)?;
-        let counted: u64 = card.rows.iter().map(|r| r.successes).sum();
-        let rewards: f64 =
-            card.rows.iter().map(|r| r.trials as f64 * card.quality[&format!("reward_per_step, {}", r.name)]).sum();
-        Ok((counted as f64 / card.trials as f64, rewards / card.trials as f64))
+        Ok((card.rate(), card.reward_per_step().unwrap_or(f64::NAN)))
     }
 }
 

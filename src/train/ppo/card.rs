@@ -1,6 +1,6 @@
 //! The robustness card of a policy, measured.
 
-use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard};
+use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard, reward_name};
 use crate::control::Policy;
 use crate::math::F32x8;
 use crate::train::ppo::evaluate::{evaluate, row_seed};
@@ -27,7 +27,7 @@ pub fn robustness_card(
     for (k, (name, row)) in tables.iter().enumerate() {
         let found = evaluate::<F32x8, _>(row, policy, trials, row_seed(seed, k), threads);
         rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
-        quality.insert(format!("reward_per_step, {name}"), found.reward);
+        quality.insert(reward_name(name), found.reward);
         quality.insert(format!("residual_rad, {name}"), found.residual);
         let words: Vec<_> = found.shortfalls.iter().map(|(what, n)| format!("{n} {what}")).collect();
         let mut lacked = words.join(", ");

@@ -81,7 +81,7 @@ impl Default for TrainOptions {
             divergence: 0.06,
             smoothness: 0.1,
             average: 20,
-            sigma: (0.2, 0.08),
+            sigma: (0.4, 0.08),
             sigma_samples: 4e6,
             settled: (0.6, 0.33),
             settle_samples: 1e7,
