@@ -8,9 +8,10 @@ use bevy_athlete::contact::World;
 use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::Heading;
 use bevy_athlete::math::F32x8;
-use bevy_athlete::model::preset;
+use bevy_athlete::model::{KeyPoses, Objective, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use bevy_athlete::skill::{SKATING_SKILLS, SkillDefinition, SkillPlayer};
+use bevy_athlete::train::optimize::{Plan, PlannedWindow};
 use bevy_athlete::train::ppo::evaluate;
 use glam::DVec3;
 use std::sync::Arc;
@@ -28,6 +29,22 @@ fn every_file_fits_the_others() {
         assert_eq!(card.skill, name);
         let rows: Vec<&str> = skill.definition.trial.rows.iter().map(|r| r.name.as_str()).collect();
         assert_eq!(card.rows.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(), rows, "{name}: rows of the card");
+    }
+}
+
+/// Each of the paper's skills can be optimised: two windows or more from end to end, a blade on the ice in at least half of them.
+#[test]
+fn every_skill_has_windows_to_optimise() {
+    let model = preset("skater").unwrap();
+    for name in SKATING_SKILLS {
+        let file = find_skill(name).unwrap().with_file_name(format!("{name}.keyposes.ron"));
+        let poses = KeyPoses::load(&file).unwrap();
+        assert!(poses.windows.len() >= 2, "{name}: {} windows", poses.windows.len());
+        let plan = Plan::new(&poses, &model).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!((plan.seconds() - plan.clip.duration()).abs() < 0.02, "{name}: {} s of windows", plan.seconds());
+        let on_ice = |w: &PlannedWindow| w.objectives.iter().any(|o| matches!(o, Objective::BladeOnGround { .. }));
+        let down = plan.windows.iter().filter(|w| on_ice(w)).count();
+        assert!(down >= plan.windows.len() / 2 && down > 0, "{name}: {down} of {} windows", plan.windows.len());
     }
 }
 
