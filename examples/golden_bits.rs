@@ -1,7 +1,7 @@
 //! Prints the fingerprints of the play lanes in the scenes of the determinism test, a line each, after a line that says
 //! what this was built for. `scripts/wasm_bits.sh` builds it for several targets and compares.
 
-#[path = "../tests/golden/mod.rs"]
+#[path = "../tests/support/golden.rs"]
 mod golden;
 
 use bevy_athlete::control::ReconstructedControl;

@@ -2,7 +2,7 @@
 """Checks policy files with the tools of the ONNX project.
 
     pip install onnx onnxruntime numpy
-    cargo test --release --no-default-features --features cli --test policy write_samples -- --ignored
+    cargo test --release --no-default-features --features cli --test core policy::write_samples -- --ignored
     python3 scripts/check_onnx.py target/policy_samples/*.onnx
 
 For each file: onnx.checker accepts it, with shapes inferred; it has a contract; onnxruntime gives the contract's golden

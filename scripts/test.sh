@@ -36,8 +36,7 @@ cargo clippy "${engine[@]}" --all-targets -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc "${engine[@]}" --no-deps
 
 stage "with the engine: tests, examples, the code of the guides"
-cargo test "${engine[@]}" --lib --examples --test bevy_plugin --test engine_snapshots --test engine_rooms --test engine_detail \
-    --test panels --test key_pose_editor --test avian --test avian_ground --test skin
+cargo test "${engine[@]}" --lib --examples --test engine
 cargo test "${engine[@]}" --doc
 
 stage "the demo without a display"

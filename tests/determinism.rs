@@ -8,7 +8,9 @@
 //! ones with `--nocapture` in both profiles, see that they agree, and write them here.
 
 #[cfg(feature = "train")]
+#[path = "support/common.rs"]
 mod common;
+#[path = "support/golden.rs"]
 mod golden;
 
 use bevy_athlete::math::{F32x8, F64x4};

@@ -55,7 +55,7 @@ fn built(index: usize) -> SharedModel {
                 let character = Character::parse(file, text.as_bytes())?;
                 Ok(CharacterModel::build(&character)?)
             };
-            // The text is part of the program; `tests/character_files.rs` builds all four.
+            // The text is part of the program; `tests/core/character_files.rs` builds all four.
             Arc::new(build().unwrap_or_else(|error| panic!("an embedded character file is wrong: {error}")))
         })
         .clone()

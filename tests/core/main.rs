@@ -1,0 +1,52 @@
+//! The tests that need no engine, in one program: what all of them simulate is compiled and linked once.
+//!
+//! Each module opens with its contract. `cargo test --no-default-features --features cli --test core MODULE` runs one of
+//! them. What has to be alone in its process or profile is a file beside this folder.
+
+#[path = "../support/common.rs"]
+mod common;
+#[path = "../support/counting_allocator.rs"]
+mod counting_allocator;
+#[path = "../support/motion_support.rs"]
+mod motion_support;
+#[path = "../support/policy_support.rs"]
+mod policy_support;
+#[path = "../support/puppet.rs"]
+mod puppet;
+
+mod architecture;
+mod blade;
+mod character_files;
+mod character_refusals;
+mod cli;
+mod closed_forms;
+mod cma_es;
+mod criteria;
+mod crossover_clips;
+mod dynamics_identities;
+mod flight;
+mod geometry;
+mod key_poses;
+mod lanes;
+mod mirrored_skill;
+mod mjcf_export;
+mod motion_clip;
+mod motion_import;
+mod motion_recorder;
+mod motion_reference;
+mod mujoco_agreement;
+mod mutations;
+mod nn;
+mod no_allocation;
+mod objectives;
+mod one_blade;
+mod policy;
+mod policy_mutations;
+mod position_import;
+mod robustness_card;
+mod salchow_clip;
+mod shipped_skills;
+mod storyboard;
+mod three_turn_clips;
+mod trace_reader;
+mod training;

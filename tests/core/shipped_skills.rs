@@ -1,0 +1,104 @@
+//! The skills that come with the crate: every file fits the others, cards are of the policies beside them, and what a card
+//! claims is found again on other trials. In the air nothing but gravity acts, and no force from outside helps.
+
+use bevy_athlete::asset::card::RobustnessCard;
+use bevy_athlete::cli::{find_skill, load_task, load_trained_skill};
+use bevy_athlete::contact::World;
+use bevy_athlete::control::Policy;
+use bevy_athlete::control::tracking::Heading;
+use bevy_athlete::math::F32x8;
+use bevy_athlete::model::{KeyPoses, Objective, preset};
+use bevy_athlete::sim::{SimulationSettings, Simulator, step};
+use bevy_athlete::skill::{SKATING_SKILLS, SkillDefinition, SkillPlayer};
+use bevy_athlete::train::optimize::{Plan, PlannedWindow};
+use bevy_athlete::train::ppo::evaluate;
+use glam::DVec3;
+use std::sync::Arc;
+
+#[test]
+fn every_file_fits_the_others() {
+    let model = preset("skater").unwrap();
+    for name in SKATING_SKILLS {
+        let skill = load_trained_skill(name, &model).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(skill.name(), name);
+        let folder = find_skill(name).unwrap();
+        let card = RobustnessCard::load(folder.with_file_name("card.json")).unwrap();
+        let policy = Policy::load(folder.with_file_name("policy.onnx")).unwrap();
+        assert_eq!(card.policy, policy.fingerprint(), "{name}: the card is of another policy");
+        assert_eq!(card.skill, name);
+        let rows: Vec<&str> = skill.definition.trial.rows.iter().map(|r| r.name.as_str()).collect();
+        assert_eq!(card.rows.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(), rows, "{name}: rows of the card");
+    }
+}
+
+/// Each of the paper's skills can be optimised: two windows or more from end to end, a blade on the ice in at least half of them.
+#[test]
+fn every_skill_has_windows_to_optimise() {
+    let model = preset("skater").unwrap();
+    for name in SKATING_SKILLS {
+        let file = find_skill(name).unwrap().with_file_name(format!("{name}.keyposes.ron"));
+        let poses = KeyPoses::load(&file).unwrap();
+        assert!(poses.windows.len() >= 2, "{name}: {} windows", poses.windows.len());
+        let plan = Plan::new(&poses, &model).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!((plan.seconds() - plan.clip.duration()).abs() < 0.02, "{name}: {} s of windows", plan.seconds());
+        let on_ice = |w: &PlannedWindow| w.objectives.iter().any(|o| matches!(o, Objective::BladeOnGround { .. }));
+        let down = plan.windows.iter().filter(|w| on_ice(w)).count();
+        assert!(down >= plan.windows.len() / 2 && down > 0, "{name}: {down} of {} windows", plan.windows.len());
+    }
+}
+
+#[test]
+fn what_a_card_claims_is_found_again() {
+    let model = preset("skater").unwrap();
+    for name in SKATING_SKILLS {
+        let file = find_skill(name).unwrap();
+        let mut skill = SkillDefinition::load(&file).unwrap();
+        skill.after.clear();
+        let task = load_task(&skill, None).unwrap().at_rate(model.step_rate).unwrap();
+        let policy = Policy::load(file.with_file_name("policy.onnx")).unwrap();
+        let card = RobustnessCard::load(file.with_file_name("card.json")).unwrap();
+        // The first row and the last.
+        let rows = task.trials().unwrap();
+        for ((label, row), claim) in rows.iter().zip(&card.rows) {
+            if label != &rows[0].0 && label != &rows[rows.len() - 1].0 {
+                continue;
+            }
+            let found = evaluate::<F32x8, _>(row, &policy, 48, 20_260_729, 2);
+            let sigma = (claim.rate() * (1.0 - claim.rate()) / found.trials as f64).sqrt().max(0.02);
+            println!("{name}, {label}: {:.1} %, the card says {:.1} %", 100.0 * found.survival(), 100.0 * claim.rate());
+            let away = (found.survival() - claim.rate()).abs();
+            assert!(away < 4.0 * sigma, "{name}, {label}: {} against {}", found.survival(), claim.rate());
+        }
+    }
+}
+
+#[test]
+fn nothing_helps_the_jump() {
+    let model = preset("skater").unwrap();
+    let skill = Arc::new(load_trained_skill("double_salchow", &model).unwrap());
+    let mut player = SkillPlayer::new(skill, model.step_rate).unwrap();
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    player.begin(&mut sim, Heading::ahead(), DVec3::ZERO, None);
+    let (world, mass) = (World::ice(), model.mass());
+    let gravity = SimulationSettings::of(&model).gravity;
+    let (mut flight, mut drift, mut before) = (0, 0.0_f64, None);
+    while !player.is_finished() {
+        player.drive(&mut sim).unwrap();
+        step(&mut sim, &world);
+        player.after_step(&sim);
+        assert!(sim.external.is_empty(), "a force from outside");
+        let touching = (0..model.contact_points.len()).any(|p| sim.contact_force(p, 0) != DVec3::ZERO);
+        let momentum = sim.total_momentum();
+        let now = (momentum.linear.lane(0), momentum.angular.lane(0));
+        if let (false, Some((linear, angular))) = (touching, before) {
+            let (linear, angular): (DVec3, DVec3) = (linear, angular);
+            flight += 1;
+            drift = drift.max((now.0 - linear - gravity * (mass / model.step_rate)).length() / (mass * 9.81));
+            drift = drift.max((now.1 - angular).length() / angular.length().max(1.0));
+        }
+        before = Some(now);
+    }
+    println!("{flight} steps in the air, momentum off by {drift:.1e} of its size at most");
+    assert!(flight > 400, "{flight} steps in the air at {} steps per second", model.step_rate);
+    assert!(drift < 1e-9, "{drift}");
+}

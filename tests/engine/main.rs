@@ -1,0 +1,23 @@
+//! The tests that need the engine, in one program: Bevy is linked once for all of them.
+//!
+//! Each module opens with its contract. `cargo test --features "avian gltf" --test engine MODULE` runs one of them; without a
+//! feature, the modules that need it are left out.
+
+#[cfg(feature = "avian")]
+#[path = "../support/counting_allocator.rs"]
+mod counting_allocator;
+mod engine_support;
+
+#[cfg(feature = "avian")]
+mod avian;
+#[cfg(feature = "avian")]
+mod avian_ground;
+mod bevy_plugin;
+mod engine_detail;
+mod engine_rooms;
+mod engine_snapshots;
+#[cfg(feature = "ui")]
+mod key_pose_editor;
+#[cfg(feature = "ui")]
+mod panels;
+mod skin;
