@@ -4,6 +4,7 @@ mod body_landmarks;
 mod bone_binding;
 mod build;
 mod character_model;
+mod fingerprint;
 mod inverse_kinematics;
 mod key_pose_text;
 mod key_poses;

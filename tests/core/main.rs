@@ -30,6 +30,7 @@ mod key_poses;
 mod lanes;
 mod mirrored_skill;
 mod mjcf_export;
+mod model_fingerprint;
 mod motion_clip;
 mod motion_import;
 mod motion_recorder;
