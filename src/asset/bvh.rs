@@ -8,7 +8,8 @@
 //! - A position channel replaces that component of the joint's `OFFSET`, at the root and at any other joint.
 //! - Values of a frame follow the order of the `CHANNELS` lines in the file.
 
-use super::bvh_parse;
+mod parse;
+
 use glam::{DQuat, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -194,7 +195,7 @@ impl Bvh {
 
     /// Reads BVH text with the limits given.
     pub fn parse_with_limits(text: &str, limits: BvhLimits) -> Result<Self, BvhError> {
-        bvh_parse::parse(text, limits)
+        parse::parse(text, limits)
     }
 
     /// Reads a BVH file (text that is not UTF-8 is read as far as it is).

@@ -3,7 +3,6 @@
 
 pub mod bone_map;
 pub mod bvh;
-mod bvh_parse;
 pub mod card;
 mod character;
 mod character_check;

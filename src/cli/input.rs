@@ -1,83 +1,13 @@
 //! Characters and motions by name or file.
 
+use super::InputError;
 use crate::asset::bvh::Bvh;
 use crate::asset::clip::MotionClip;
 use crate::asset::joint_map::JointMap;
 use crate::asset::{AssetError, Character};
 use crate::model::{CharacterModel, KeyPoses, PRESET_NAMES, SharedModel, import_bvh, preset};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-
-/// Why an input was refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum InputError {
-    /// Neither the name of a preset nor a file.
-    #[error(
-        "character `{name}`: no such preset and no such file; valid: {valid}, or the path of a .character.ron file"
-    )]
-    NoCharacter {
-        /// What was given.
-        name: String,
-        /// Names of the presets.
-        valid: String,
-    },
-    /// Neither the name of a skill nor a file of key poses.
-    #[error("skill `{name}`: no such skill; valid: {valid}, or the path of a .keyposes.ron file")]
-    NoSkill {
-        /// What was given.
-        name: String,
-        /// Names of the skills.
-        valid: String,
-    },
-    /// The character file is wrong.
-    #[error(transparent)]
-    Character(#[from] AssetError),
-    /// The file cannot be used.
-    #[error("{}: {reason}", file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// The file has a name that says nothing about what it holds.
-    #[error("{}: not a motion by its name; valid: a file that ends in .bvh, .clip.ron or .keyposes.ron", file.display())]
-    Kind {
-        /// The file.
-        file: PathBuf,
-    },
-    /// No built-in joint map knows the skeleton.
-    #[error("{}: no built-in joint map fits this skeleton (joints: {joints}); give one by --map FILE", file.display())]
-    NoMap {
-        /// The file.
-        file: PathBuf,
-        /// Joints of the file.
-        joints: String,
-    },
-    /// A text that should be a world.
-    #[error("world `{found}`: {reason}; valid: {}", super::WorldSpec::VALID)]
-    World {
-        /// What was given.
-        found: String,
-        /// What is wrong.
-        reason: &'static str,
-    },
-    /// A text that should be a push.
-    #[error("push `{found}`: {reason}; valid: {}", super::Push::VALID)]
-    Push {
-        /// What was given.
-        found: String,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-impl InputError {
-    fn file(file: &Path, reason: impl std::fmt::Display) -> Self {
-        Self::File { file: file.to_path_buf(), reason: reason.to_string() }
-    }
-}
 
 /// The preset of this name, or the character in the file at this path.
 pub fn load_character(name: &str) -> Result<SharedModel, InputError> {

@@ -1,6 +1,6 @@
 //! Pushes: a force on a link for a while.
 
-use super::InputError;
+use super::input_error::{InputError, VALID_PUSHES};
 use crate::math::Vec3;
 use crate::model::CharacterModel;
 use crate::sim::{ExternalForce, Simulator};
@@ -22,7 +22,7 @@ pub struct Push {
 
 impl Push {
     /// What can be parsed.
-    pub const VALID: &'static str = "LINK:FX,FY,FZ:START:DURATION, forces in N below 1e5, times in s from 0 to 3600, such as pelvis:0,0,-80:0.5:0.1";
+    pub const VALID: &'static str = VALID_PUSHES;
 
     /// The index of the link, or why there is none.
     pub fn link_index(&self, model: &CharacterModel) -> Result<usize, InputError> {

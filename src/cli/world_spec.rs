@@ -1,6 +1,6 @@
 //! Worlds that have a name.
 
-use super::InputError;
+use super::input_error::{InputError, VALID_WORLDS};
 use crate::contact::{Geometry, Solid, Surface, World};
 use crate::model::{CharacterModel, Shape};
 use glam::{DQuat, DVec3};
@@ -38,7 +38,7 @@ pub enum WorldSpec {
 
 impl WorldSpec {
     /// What can be parsed.
-    pub const VALID: &'static str = "ice, ground, empty, stairs, sphere, slope:DEGREES (-60 to 60)";
+    pub const VALID: &'static str = VALID_WORLDS;
 
     /// Ice for a character with blades, ground for others.
     pub fn default_for(model: &CharacterModel) -> Self {

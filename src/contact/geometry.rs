@@ -1,9 +1,12 @@
 //! Signed distances to solids, over lanes.
 
-use crate::contact::HeightField;
+mod height_field;
+
 use crate::math::{Mat3, Real, Vec3};
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
+
+pub use height_field::{HeightField, HeightFieldError};
 
 /// The shape of a solid. World frame, metres.
 #[derive(Clone, Debug)]

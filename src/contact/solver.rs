@@ -4,21 +4,9 @@
 //! comes: those from its own cluster at once, those from other clusters through the hub. Nothing reads a link's velocity
 //! in between, so this is Gauss-Seidel exactly.
 
+use super::candidate::ContactCluster;
 use crate::contact::{ContactCandidate, ContactGroup, ContactMobility, ContactScratch};
 use crate::math::{Force, Motion, Real};
-
-/// The links in contact of one cluster (see [`ContactMobility`]).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactCluster<R> {
-    /// Topmost link of the cluster.
-    hub: usize,
-    /// First group.
-    start: usize,
-    /// One past the last group.
-    end: usize,
-    /// Motion of the hub, brought by other clusters, that the cluster's links have not yet heard of.
-    pending: Motion<R>,
-}
 
 /// `J v - aim`: the velocity of the link along the three rows, less what is aimed at.
 #[inline(always)]

@@ -44,7 +44,6 @@
 //! `cargo run --release --no-default-features --features train --example learner_speed` measures this module's figures again.
 
 mod activation;
-mod activations;
 mod adam;
 mod bits;
 mod init;
@@ -53,7 +52,6 @@ mod product;
 mod strips;
 
 pub use activation::Activation;
-pub use activations::Activations;
-pub(crate) use activations::{Batch, LaidOut};
 pub use adam::{Adam, clip_norm};
-pub use network::{Network, NetworkError};
+pub use network::{Activations, Network, NetworkError};
+pub(crate) use network::{Batch, LaidOut};

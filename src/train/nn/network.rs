@@ -1,18 +1,23 @@
 //! A dense network over one flat vector of parameters.
 
+mod activations;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::activation::Activation;
-use super::activations::{Activations, BackwardWeights, Batch, ForwardWeights, LaidOut};
 use super::bits;
 use super::init::orthogonal;
 use super::product::{Activate, Differentiate, add_column_sums, add_outer_product, product};
 use super::strips::Strips;
 use crate::asset::dense_layers::DenseLayers;
 use crate::math::RandomStream;
+use activations::{BackwardWeights, ForwardWeights};
+
+pub use activations::Activations;
+pub(crate) use activations::{Batch, LaidOut};
 
 /// Dense layers with an activation between them and none after the last.
 ///

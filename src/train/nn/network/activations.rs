@@ -1,7 +1,7 @@
 //! The scratch of one thread: what a forward pass leaves for the backward pass, and weights laid out for the products.
 
-use super::network::Network;
-use super::strips::{Strip, Strips, WIDTH};
+use super::Network;
+use crate::train::nn::strips::{Strip, Strips, WIDTH};
 
 /// Rows of inputs as the products read them: more than one network may be given the same.
 #[derive(Clone, Default)]

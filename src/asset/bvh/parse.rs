@@ -1,6 +1,6 @@
 //! The BVH reader: words with line numbers, a stack of open joints, then the rows of numbers.
 
-use super::bvh::{Axis, Bvh, BvhError, BvhJoint, BvhLimits, Channel};
+use super::{Axis, Bvh, BvhError, BvhJoint, BvhLimits, Channel};
 use glam::DVec3;
 
 /// Longest joint name, bytes.
