@@ -16,7 +16,7 @@
 
 use crate::contact::{Surface, World};
 use crate::math::{Quat, RandomStream, Real};
-use crate::model::{CharacterModel, ContactKind, ContactPoint, JointKind, SharedModel, foot_human, skater};
+use crate::model::{CharacterModel, ContactKind, ContactPoint, JointKind, PointRole, SharedModel, foot_human, skater};
 use crate::sim::{SimulationSettings, Simulator, step};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
@@ -125,6 +125,7 @@ fn with_blade_points(model: &CharacterModel) -> CharacterModel {
                 radius: POINT_RADIUS,
                 friction: 1.0,
                 kind: ContactKind::Point,
+                role: PointRole::Foot,
             });
         }
     }

@@ -4,7 +4,7 @@
 //! -Z, +X to the character's right. A link frame has its origin at the link's joint and is parallel to the character frame
 //! in the zero pose.
 
-use crate::asset::{AssetError, CharacterError};
+use crate::asset::{AssetError, CharacterError, FootEntry, PointRole};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -36,6 +36,12 @@ pub struct Character {
     /// Pairs of links that never collide with each other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub no_collision: Vec<(String, String)>,
+    /// Feet; without them, the blades named `left` and `right`, or what touches the ground at rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub feet: Vec<FootEntry>,
+    /// Name of the link that carries head and arms; without it, where the way up from the hips divides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trunk: Option<String>,
 }
 
 /// Gains of a joint's stable PD servo.
@@ -169,6 +175,9 @@ pub struct PointEntry {
     /// Factor on the friction coefficient of the surface it touches.
     #[serde(default = "one")]
     pub friction: f64,
+    /// What it is part of; without it, `Foot` on the links of a foot and `Body` elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<PointRole>,
 }
 
 /// The neutral factor.

@@ -2,6 +2,7 @@
 //! a possible body.
 
 use super::character::{Character, JointEntry, LeanLawEntry, LinkEntry, ShapeEntry};
+use super::character_parts_check::{MAX_FEET, check_parts};
 use super::error::CharacterError;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -27,19 +28,20 @@ pub(super) fn check(character: &Character) -> Result<(), CharacterError> {
     for link in &character.links {
         check_link(&Entry { file, part: "link", name: &link.name }, link)?;
     }
-    check_attachments(character, file, &links)
+    check_attachments(character, file, &links)?;
+    check_parts(character, file, &links)
 }
 
 /// One entry of the file, for messages.
-struct Entry<'a> {
-    file: &'a str,
-    part: &'static str,
-    name: &'a str,
+pub(super) struct Entry<'a> {
+    pub file: &'a str,
+    pub part: &'static str,
+    pub name: &'a str,
 }
 
 impl Entry<'_> {
     /// A refusal of this entry.
-    fn refuse(&self, field: &'static str, value: impl Debug, valid: impl Into<Box<str>>) -> CharacterError {
+    pub fn refuse(&self, field: &'static str, value: impl Debug, valid: impl Into<Box<str>>) -> CharacterError {
         let value: String = format!("{value:?}").chars().take(80).collect();
         CharacterError::Value {
             file: self.file.into(),
@@ -85,12 +87,12 @@ impl Entry<'_> {
 }
 
 /// A name short enough for a message.
-fn shown(name: &str) -> Box<str> {
+pub(super) fn shown(name: &str) -> Box<str> {
     name.chars().take(64).collect::<String>().into()
 }
 
 /// The valid choices of a link name.
-fn one_of(links: &HashMap<&str, usize>) -> String {
+pub(super) fn one_of(links: &HashMap<&str, usize>) -> String {
     let mut names: Vec<&str> = links.keys().copied().collect();
     names.sort_by_key(|name| links[name]);
     let rest = names.len().saturating_sub(24);
@@ -107,6 +109,7 @@ fn check_counts(character: &Character, file: &str) -> Result<(), CharacterError>
         ("contact points (blade ends included)", points, 0, Character::MAX_POINTS),
         ("blades", character.blades.len(), 0, 16),
         ("grips", character.grips.len(), 0, 64),
+        ("feet", character.feet.len(), 0, MAX_FEET),
         ("no_collision pairs", character.no_collision.len(), 0, Character::MAX_LINKS * Character::MAX_LINKS / 2),
         ("shapes on one link", shapes, 0, 64),
     ] {

@@ -6,6 +6,8 @@ pub mod bvh;
 pub mod card;
 mod character;
 mod character_check;
+mod character_parts;
+mod character_parts_check;
 pub mod clip;
 pub(crate) mod clip_edit;
 mod clip_file;
@@ -22,5 +24,6 @@ pub use character::{
     BladeEntry, Character, GainsEntry, GripEntry, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, PointEntry,
     ShapeEntry,
 };
+pub use character_parts::{FootEntry, FootKindEntry, PointRole, Side};
 pub use error::{AssetError, CharacterError};
 pub use state_bytes::{StateError, StateReader, StateWriter};

@@ -114,15 +114,7 @@ fn touches<R: Real>(impulse: &Vec3<R>) -> R::Mask {
 
 impl Watch {
     pub fn new(model: &CharacterModel) -> Self {
-        // The trunk: from the root to the joint that is highest in the zero pose (the head's).
-        let places = model.rest_positions();
-        let highest = (0..places.len()).max_by(|&a, &b| places[a].y.total_cmp(&places[b].y)).unwrap_or(0);
-        let mut is_trunk = vec![false; model.links.len()];
-        let mut link = Some(highest);
-        while let Some(i) = link {
-            is_trunk[i] = true;
-            link = model.links[i].parent;
-        }
+        let is_trunk = model.trunk_links();
         Self {
             edges: vec![EdgeWatch::default(); model.blades.len()],
             trunk: model.contact_points.iter().map(|p| is_trunk[p.link]).collect(),

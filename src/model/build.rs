@@ -1,11 +1,16 @@
 //! From a character file to the frozen model: welds merged, links in depth-first order, collision pairs listed.
 
+use super::body_parts::{default_roles, found_feet, found_trunk, sole_ends};
 use super::mass::MassProperties;
 use super::overlap::overlap;
 use super::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
+    Link, Shape,
 };
-use crate::asset::{Character, CharacterError, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, ShapeEntry};
+use crate::asset::{
+    Character, CharacterError, FootEntry, FootKindEntry, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, PointRole,
+    ShapeEntry,
+};
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;
 
@@ -28,6 +33,7 @@ impl CharacterModel {
                 radius: point.radius,
                 friction: point.friction,
                 kind: ContactKind::Point,
+                role: point.role.unwrap_or(PointRole::Body),
             });
         }
         let mut blades = Vec::new();
@@ -37,7 +43,8 @@ impl CharacterModel {
             let ends = [(entry.toe, ContactKind::BladeToe(index)), (entry.heel, ContactKind::BladeHeel(index))];
             for (name, (position, kind)) in entry.end_names().into_iter().zip(ends) {
                 let position = position + shift;
-                contact_points.push(ContactPoint { name, link, position, radius: 0.0, friction: 1.0, kind });
+                let role = PointRole::Foot;
+                contact_points.push(ContactPoint { name, link, position, radius: 0.0, friction: 1.0, kind, role });
             }
             blades.push(Blade {
                 name: entry.name.clone(),
@@ -63,8 +70,11 @@ impl CharacterModel {
             blades,
             grips,
             collision_pairs: Vec::new(),
+            feet: Vec::new(),
+            trunk: 0,
         };
         model.collision_pairs = collision_pairs(&model, excluded);
+        name_parts(&mut model, character, &tree);
         Ok(model)
     }
 }
@@ -123,6 +133,43 @@ impl<'a> Tree<'a> {
         let entry = self.by_name[name];
         (self.rank[self.host[entry]], self.shift[entry])
     }
+}
+
+/// Feet, roles and trunk: what the file says, the rest by the rules of `body_parts.rs`.
+fn name_parts(model: &mut CharacterModel, character: &Character, tree: &Tree) {
+    model.feet = match character.feet.as_slice() {
+        [] => found_feet(model),
+        named => named.iter().filter_map(|entry| foot(model, entry, tree)).collect(),
+    };
+    let roles = default_roles(model);
+    for (p, role) in roles.into_iter().enumerate() {
+        // The points of the file come first, then the ends of blades.
+        let said = character.contact_points.get(p).and_then(|entry| entry.role);
+        model.contact_points[p].role = said.unwrap_or(role);
+    }
+    model.trunk = match &character.trunk {
+        Some(name) => tree.place(name).0,
+        None => found_trunk(model),
+    };
+}
+
+/// A foot of a validated file, which has a contact point on its links.
+fn foot(model: &CharacterModel, entry: &FootEntry, tree: &Tree) -> Option<Foot> {
+    let mut links: Vec<usize> = entry.links.iter().map(|name| tree.place(name).0).collect();
+    links.sort_unstable();
+    links.dedup();
+    let (kind, [toe, heel]) = match &entry.kind {
+        FootKindEntry::Sole => (FootKind::Sole, sole_ends(model, &links)?),
+        FootKindEntry::Blade(name) => {
+            let index = model.blades.iter().position(|b| b.name == *name)?;
+            (FootKind::Blade(index), [model.blades[index].toe, model.blades[index].heel])
+        }
+    };
+    let named = |end: &Option<String>, default: usize| {
+        let point = end.as_ref().and_then(|name| model.contact_points.iter().position(|p| p.name == *name));
+        point.unwrap_or(default)
+    };
+    Some(Foot { side: entry.side, kind, links, toe: named(&entry.toe, toe), heel: named(&entry.heel, heel) })
 }
 
 /// The moving links, welded ones added to their hosts.

@@ -1,6 +1,7 @@
 //! The frozen description of a character that the dynamics reads.
 
-use crate::model::Side;
+use super::{Foot, FootKind};
+use crate::asset::{PointRole, Side};
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
 
@@ -134,6 +135,8 @@ pub struct ContactPoint {
     pub friction: f64,
     /// Ordinary or blade.
     pub kind: ContactKind,
+    /// What it is part of.
+    pub role: PointRole,
 }
 
 /// How leaning turns the line that a blade must follow: curvature in 1/m as a function of the lean angle.
@@ -202,6 +205,10 @@ pub struct CharacterModel {
     pub grips: Vec<Grip>,
     /// Pairs of links that may collide with each other.
     pub collision_pairs: Vec<(usize, usize)>,
+    /// Feet; empty for a body that stands on none.
+    pub feet: Vec<Foot>,
+    /// Index of the link that carries head and arms.
+    pub trunk: usize,
 }
 
 /// A shared model.
@@ -220,11 +227,14 @@ impl CharacterModel {
     pub fn link_index(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)
     }
-    /// Index of the blade of a side.
+    /// Index of the blade that the foot of a side stands with.
     pub fn blade_index(&self, side: Side) -> Option<usize> {
-        self.blades.iter().position(|b| b.name == side.name())
+        match self.foot(side)?.kind {
+            FootKind::Blade(blade) => Some(blade),
+            FootKind::Sole => None,
+        }
     }
-    /// The blade of a side.
+    /// The blade that the foot of a side stands with.
     pub fn blade_of(&self, side: Side) -> Option<&Blade> {
         self.blade_index(side).map(|k| &self.blades[k])
     }

@@ -1,6 +1,7 @@
 //! The frozen description of a character, built once from a validated file.
 
 mod body_landmarks;
+mod body_parts;
 mod bone_binding;
 mod build;
 mod character_model;
@@ -20,7 +21,9 @@ mod side_check;
 mod sole_height;
 mod windows;
 
+pub use crate::asset::{PointRole, Side};
 pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
+pub use body_parts::{Foot, FootKind};
 pub use bone_binding::{BoundBone, RestBone, bind_bones, rest_links};
 pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
@@ -37,4 +40,4 @@ pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skate
 pub use retarget::{ImportError, import_bvh};
 pub use side_check::SidedPart;
 pub use sole_height::SoleHeights;
-pub use windows::{BodyPart, Objective, OptimizeRecord, Side, Window};
+pub use windows::{BodyPart, Objective, OptimizeRecord, Window};

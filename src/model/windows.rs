@@ -4,33 +4,8 @@
 //! 0.5 s, each with objectives and weights; equation numbers below are those of the paper. What each objective measures, and
 //! the scale of error at which it costs 1, is in `train::objectives`.
 
+use crate::asset::Side;
 use serde::{Deserialize, Serialize};
-
-/// Left or right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Side {
-    /// The athlete's left.
-    Left,
-    /// The athlete's right.
-    Right,
-}
-
-impl Side {
-    /// The other one.
-    pub fn other(self) -> Self {
-        match self {
-            Side::Left => Side::Right,
-            Side::Right => Side::Left,
-        }
-    }
-    /// As in the names of links and blades.
-    pub fn name(self) -> &'static str {
-        match self {
-            Side::Left => "left",
-            Side::Right => "right",
-        }
-    }
-}
 
 /// What can be brought above or below the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

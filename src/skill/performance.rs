@@ -86,7 +86,7 @@ pub(crate) fn side_index(side: Side) -> usize {
     }
 }
 
-/// Places of the left and the right blade in the character's list; `None` if it lacks one.
+/// Places in the character's list of the blades that its left and its right foot stand with; `None` if it lacks one.
 pub fn blade_pair(model: &CharacterModel) -> Option<[usize; 2]> {
     Some([model.blade_index(Side::Left)?, model.blade_index(Side::Right)?])
 }

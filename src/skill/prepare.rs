@@ -2,7 +2,7 @@
 
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::control::tracking::{TrackedMotion, TrackerOptions};
-use crate::model::{CharacterModel, ContactKind};
+use crate::model::{CharacterModel, ContactPoint, PointRole};
 use crate::skill::SkillDefinition;
 
 impl SkillDefinition {
@@ -32,12 +32,6 @@ impl SkillDefinition {
 
 /// Contact points that do not belong to a foot or a blade: an athlete that stands on one of them has fallen.
 pub fn forbidden_points(model: &CharacterModel) -> Vec<usize> {
-    let stands = |link: usize| {
-        let name = &model.links[link].name;
-        ["foot", "heel", "metatarsal", "phalan", "toe"].iter().any(|part| name.contains(part))
-    };
-    let is_forbidden = |(p, c): (usize, &crate::model::ContactPoint)| {
-        (matches!(c.kind, ContactKind::Point) && !stands(c.link)).then_some(p)
-    };
-    model.contact_points.iter().enumerate().filter_map(is_forbidden).collect()
+    let on_a_foot = |p: &ContactPoint| p.role == PointRole::Foot;
+    (0..model.contact_points.len()).filter(|&p| !on_a_foot(&model.contact_points[p])).collect()
 }

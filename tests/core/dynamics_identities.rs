@@ -288,6 +288,8 @@ fn with_hinges(model: &CharacterModel) -> (CharacterModel, Vec<usize>) {
         blades: vec![],
         grips: vec![],
         collision_pairs: vec![],
+        feet: Vec::new(),
+        trunk: 0,
         ..model.clone()
     };
     (model, place)

@@ -58,6 +58,7 @@ fn walker() -> CharacterModel {
             radius,
             friction: 1.0,
             kind,
+            role: bevy_athlete::model::PointRole::Body,
         });
         points.len() - 1
     };
@@ -92,6 +93,8 @@ fn walker() -> CharacterModel {
         blades,
         grips: vec![Grip { name: "hand".into(), link: hand, position: DVec3::new(0.0, -0.2, 0.0) }],
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     }
 }
 
@@ -422,10 +425,13 @@ fn a_falling_ball_slides_to_rest_at_coulombs_distance() {
             radius,
             friction: 0.5,
             kind: ContactKind::Point,
+            role: bevy_athlete::model::PointRole::Body,
         }],
         blades: Vec::new(),
         grips: Vec::new(),
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     };
     let model = Arc::new(ball);
     let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));

@@ -28,7 +28,15 @@ fn ours(p: DVec3) -> DVec3 {
 }
 
 fn contact(name: &str, link: usize, position: DVec3, radius: f64) -> ContactPoint {
-    ContactPoint { name: name.into(), link, position, radius, friction: 1.0, kind: ContactKind::Point }
+    ContactPoint {
+        name: name.into(),
+        link,
+        position,
+        radius,
+        friction: 1.0,
+        kind: ContactKind::Point,
+        role: bevy_athlete::model::PointRole::Body,
+    }
 }
 
 /// The skater from the published table: joint places in the pelvis frame, blades welded to the heels.

@@ -104,6 +104,8 @@ pub fn random_tree(seed: u64, links: usize) -> CharacterModel {
         blades: Vec::new(),
         grips: Vec::new(),
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     }
 }
 
@@ -195,6 +197,8 @@ pub fn rigid(mass: f64, inertia: DVec3, com: DVec3) -> CharacterModel {
         blades: Vec::new(),
         grips: Vec::new(),
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     }
 }
 
@@ -202,7 +206,15 @@ pub fn rigid(mass: f64, inertia: DVec3, com: DVec3) -> CharacterModel {
 pub fn add_point(model: &mut CharacterModel, position: DVec3, radius: f64) {
     let name = format!("point{}", model.contact_points.len());
     let kind = ContactKind::Point;
-    model.contact_points.push(ContactPoint { name, link: 0, position, radius, friction: 1.0, kind });
+    model.contact_points.push(ContactPoint {
+        name,
+        link: 0,
+        position,
+        radius,
+        friction: 1.0,
+        kind,
+        role: bevy_athlete::model::PointRole::Body,
+    });
 }
 
 /// Adds a blade along -z to link 0, `length` m long, its middle at `middle`, its inside edge towards +x.
@@ -213,7 +225,15 @@ pub fn add_blade(model: &mut CharacterModel, middle: DVec3, length: f64, lean_la
     {
         let position = middle + DVec3::new(0.0, 0.0, z);
         let name = format!("blade{index}_{end}");
-        model.contact_points.push(ContactPoint { name, link: 0, position, radius: 0.0, friction: 1.0, kind });
+        model.contact_points.push(ContactPoint {
+            name,
+            link: 0,
+            position,
+            radius: 0.0,
+            friction: 1.0,
+            kind,
+            role: bevy_athlete::model::PointRole::Body,
+        });
     }
     let name = format!("blade{index}");
     model.blades.push(Blade { name, link: 0, toe, heel: toe + 1, inside: DVec3::X, lean_law, bite: None });

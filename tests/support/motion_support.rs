@@ -142,6 +142,7 @@ pub fn model(name: &str, links: &[(&str, Option<usize>, [f64; 3])]) -> Character
                     radius: 0.02,
                     friction: 1.0,
                     kind: ContactKind::Point,
+                    role: bevy_athlete::model::PointRole::Body,
                 });
             }
             Link {
@@ -167,6 +168,8 @@ pub fn model(name: &str, links: &[(&str, Option<usize>, [f64; 3])]) -> Character
         blades: Vec::new(),
         grips: Vec::new(),
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     }
 }
 

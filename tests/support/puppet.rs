@@ -57,6 +57,8 @@ pub fn puppet() -> CharacterModel {
         blades: Vec::new(),
         grips: Vec::new(),
         collision_pairs: Vec::new(),
+        feet: Vec::new(),
+        trunk: 0,
     };
     for part in parts {
         let parent = model.link_index(part.parent);
@@ -100,6 +102,7 @@ pub fn puppet() -> CharacterModel {
                 radius: 0.0,
                 friction: 1.0,
                 kind,
+                role: bevy_athlete::model::PointRole::Body,
             });
         }
         for (corner, x) in [("outer", -0.03), ("inner", 0.03)] {
@@ -110,6 +113,7 @@ pub fn puppet() -> CharacterModel {
                 radius: 0.01,
                 friction: 0.8,
                 kind: ContactKind::Point,
+                role: bevy_athlete::model::PointRole::Body,
             });
         }
         model.blades.push(Blade {
