@@ -4,7 +4,8 @@
 //! h <- (h xor byte) * 0x100000001b3. It is the same on every machine and tells contents apart; it is no seal against a forger.
 
 use super::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
+    Link, PointRole, Shape, Side,
 };
 use glam::{DMat3, DQuat, DVec3};
 
@@ -14,11 +15,12 @@ const MANTISSA: i32 = 40;
 
 impl CharacterModel {
     /// A number that is equal for two bodies when all of their numbers are: links and their names, joints, masses, inertias, servo
-    /// gains, limits, contact points, blades, grips, shapes, pairs that collide, steps per second. The character's own name does
+    /// gains, limits, contact points, blades, grips, shapes, pairs that collide, feet, trunk, steps per second. The character's own name does
     /// not count. Numbers are compared to 12 digits (below 1 to 1e-12 in their unit).
     pub fn fingerprint(&self) -> u64 {
         // Every type is taken apart field by field, so that a new field does not compile until it is decided here whether it counts.
-        let CharacterModel { name: _, step_rate, links, contact_points, blades, grips, collision_pairs } = self;
+        let CharacterModel { name: _, step_rate, links, contact_points, blades, grips, collision_pairs, feet, trunk } =
+            self;
         let mut hash = Hash::new();
         hash.number(*step_rate);
         hash.list(links, Hash::link);
@@ -29,6 +31,8 @@ impl CharacterModel {
             hash.count(*a);
             hash.count(*b);
         });
+        hash.list(feet, Hash::foot);
+        hash.count(*trunk);
         hash.0
     }
 }
@@ -148,7 +152,7 @@ impl Hash {
     }
 
     fn contact_point(&mut self, point: &ContactPoint) {
-        let ContactPoint { name, link, position, radius, friction, kind } = point;
+        let ContactPoint { name, link, position, radius, friction, kind, role } = point;
         self.text(name);
         self.count(*link);
         self.vector(*position);
@@ -165,6 +169,26 @@ impl Hash {
                 self.count(*blade);
             }
         }
+        self.kind(match role {
+            PointRole::Foot => 0,
+            PointRole::Hand => 1,
+            PointRole::Body => 2,
+        });
+    }
+
+    fn foot(&mut self, foot: &Foot) {
+        let Foot { side, kind, links, toe, heel } = foot;
+        self.option(side, |hash, side| hash.kind(u64::from(*side == Side::Right)));
+        match kind {
+            FootKind::Sole => self.kind(0),
+            FootKind::Blade(blade) => {
+                self.kind(1);
+                self.count(*blade);
+            }
+        }
+        self.list(links, |hash, link| hash.count(*link));
+        self.count(*toe);
+        self.count(*heel);
     }
 
     fn blade(&mut self, blade: &Blade) {

@@ -17,6 +17,7 @@ mod puppet;
 mod architecture;
 mod blade;
 mod character_files;
+mod character_parts;
 mod character_refusals;
 mod cli;
 mod closed_forms;

@@ -5,7 +5,7 @@
 
 use bevy_athlete::asset::Character;
 use bevy_athlete::model::{
-    CharacterModel, ContactKind, JointKind, LeanLaw, PRESET_NAMES, Shape, preset, preset_source,
+    CharacterModel, ContactKind, JointKind, LeanLaw, PRESET_NAMES, PointRole, Shape, preset, preset_source,
 };
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ fn presets_differ() {
 #[test]
 fn every_number_counts() {
     type Change = (&'static str, fn(&mut CharacterModel));
-    let changes: [Change; 34] = [
+    let changes: [Change; 38] = [
         ("step rate", |m| m.step_rate += 1.0),
         ("link's name", |m| m.links[3].name.push('x')),
         ("links swapped by name", |m| {
@@ -86,6 +86,10 @@ fn every_number_counts() {
             let position = glam::DVec3::ZERO;
             m.grips.push(bevy_athlete::model::Grip { name: "nose".into(), link: 1, position });
         }),
+        ("contact point's role", |m| m.contact_points[0].role = PointRole::Hand),
+        ("foot left out", |m| m.feet.truncate(1)),
+        ("foot's side", |m| m.feet[0].side = None),
+        ("trunk", |m| m.trunk = 0),
         ("pairs that collide", |m| m.collision_pairs.truncate(m.collision_pairs.len() - 1)),
     ];
     let mut seen = BTreeMap::from([(model("skater").fingerprint(), "nothing")]);
