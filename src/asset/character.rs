@@ -4,10 +4,15 @@
 //! -Z, +X to the character's right. A link frame has its origin at the link's joint and is parallel to the character frame
 //! in the zero pose.
 
-use crate::asset::{AssetError, CharacterError, FootEntry, PointRole};
+mod check;
+mod parts;
+
+use crate::asset::{AssetError, CharacterError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+pub use parts::{FootEntry, FootKindEntry, PointRole, Side};
 
 /// A character as written in its file. [`Character::parse`] returns only validated ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -298,7 +303,7 @@ impl Character {
 
     /// Checks everything that the types alone do not promise.
     pub fn validate(&self) -> Result<(), CharacterError> {
-        super::character_check::check(self)
+        check::check(self)
     }
 }
 

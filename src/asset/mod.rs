@@ -5,9 +5,6 @@ pub mod bone_map;
 pub mod bvh;
 pub mod card;
 mod character;
-mod character_check;
-mod character_parts;
-mod character_parts_check;
 pub mod clip;
 pub(crate) mod clip_edit;
 mod clip_file;
@@ -21,9 +18,8 @@ mod state_bytes;
 pub(crate) mod turn;
 
 pub use character::{
-    BladeEntry, Character, GainsEntry, GripEntry, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, PointEntry,
-    ShapeEntry,
+    BladeEntry, Character, FootEntry, FootKindEntry, GainsEntry, GripEntry, JointEntry, LeanLawEntry, LimitsEntry,
+    LinkEntry, PointEntry, PointRole, ShapeEntry, Side,
 };
-pub use character_parts::{FootEntry, FootKindEntry, PointRole, Side};
 pub use error::{AssetError, CharacterError};
 pub use state_bytes::{StateError, StateReader, StateWriter};

@@ -11,33 +11,9 @@
 //! - **Trunk**: the way up starts at the hips, the last link that all feet hang on. It follows the only child that no foot
 //!   hangs on; where it divides (into head and arms) or ends, the trunk is reached.
 
-use super::{CharacterModel, ContactKind};
+use super::{CharacterModel, ContactKind, Foot, FootKind};
 use crate::asset::{PointRole, Side};
 use glam::DVec3;
-
-/// What a foot stands with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FootKind {
-    /// Contact points of its links.
-    Sole,
-    /// The blade with this index.
-    Blade(usize),
-}
-
-/// A foot.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Foot {
-    /// The side of the body; `None` for a foot in the middle.
-    pub side: Option<Side>,
-    /// What it stands with.
-    pub kind: FootKind,
-    /// Indices of its links, ascending.
-    pub links: Vec<usize>,
-    /// Index of the contact point at its front.
-    pub toe: usize,
-    /// Index of the contact point at its rear.
-    pub heel: usize,
-}
 
 /// Points this much above the lowest touch the ground in the zero pose too, m.
 const TOUCHING: f64 = 0.02;

@@ -1,6 +1,5 @@
 //! The frozen description of a character that the dynamics reads.
 
-use super::{Foot, FootKind};
 use crate::asset::{PointRole, Side};
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
@@ -184,6 +183,30 @@ pub struct Grip {
     pub link: usize,
     /// Position, link frame, m.
     pub position: DVec3,
+}
+
+/// What a foot stands with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FootKind {
+    /// Contact points of its links.
+    Sole,
+    /// The blade with this index.
+    Blade(usize),
+}
+
+/// A foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Foot {
+    /// The side of the body; `None` for a foot in the middle.
+    pub side: Option<Side>,
+    /// What it stands with.
+    pub kind: FootKind,
+    /// Indices of its links, ascending.
+    pub links: Vec<usize>,
+    /// Index of the contact point at its front.
+    pub toe: usize,
+    /// Index of the contact point at its rear.
+    pub heel: usize,
 }
 
 /// A character: immutable, built once from a validated file, shared by [`Arc`].

@@ -23,11 +23,10 @@ mod windows;
 
 pub use crate::asset::{PointRole, Side};
 pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
-pub use body_parts::{Foot, FootKind};
 pub use bone_binding::{BoundBone, RestBone, bind_bones, rest_links};
 pub use character_model::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Gains, Grip, JointKind, JointLimits, LeanLaw, Link, Shape,
-    SharedModel,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
+    Link, Shape, SharedModel,
 };
 pub use inverse_kinematics::{BodySize, LandmarkTarget, PoseFit, PoseSolver};
 pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};

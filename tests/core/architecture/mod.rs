@@ -28,8 +28,7 @@ const ROOMS: [&[&str]; 11] = [
 ];
 
 /// Where circles are being taken apart: those within one of these are not told yet.
-const UNTIL_TAKEN_APART: [&str; 7] =
-    ["app/", "ui/", "engine/", "control/tracking/", "skill/", "train/ppo/", "asset/character"];
+const UNTIL_TAKEN_APART: [&str; 6] = ["app/", "ui/", "engine/", "control/tracking/", "skill/", "train/ppo/"];
 
 fn lib() -> Crate {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

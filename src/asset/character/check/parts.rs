@@ -1,9 +1,7 @@
 //! Validation of a character's feet, roles and trunk: every name known, every foot able to touch the ground.
 
-use super::character::{Character, JointEntry};
-use super::character_check::{Entry, one_of, shown};
-use super::character_parts::{FootEntry, FootKindEntry, PointRole};
-use super::error::CharacterError;
+use super::{Entry, one_of, shown};
+use crate::asset::{Character, CharacterError, FootEntry, FootKindEntry, JointEntry, PointRole};
 use std::collections::HashMap;
 
 /// Most feet of a character.

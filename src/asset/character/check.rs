@@ -1,10 +1,12 @@
 //! Validation of a character: every number finite and in range, every name known, the links one tree, every inertia that of
 //! a possible body.
 
-use super::character::{Character, JointEntry, LeanLawEntry, LinkEntry, ShapeEntry};
-use super::character_parts_check::{MAX_FEET, check_parts};
-use super::error::CharacterError;
+mod parts;
+
+use super::{Character, JointEntry, LeanLawEntry, LinkEntry, ShapeEntry};
+use crate::asset::CharacterError;
 use glam::{DMat3, DVec3};
+use parts::{MAX_FEET, check_parts};
 use std::collections::HashMap;
 use std::fmt::Debug;
 
@@ -33,15 +35,15 @@ pub(super) fn check(character: &Character) -> Result<(), CharacterError> {
 }
 
 /// One entry of the file, for messages.
-pub(super) struct Entry<'a> {
-    pub file: &'a str,
-    pub part: &'static str,
-    pub name: &'a str,
+struct Entry<'a> {
+    file: &'a str,
+    part: &'static str,
+    name: &'a str,
 }
 
 impl Entry<'_> {
     /// A refusal of this entry.
-    pub fn refuse(&self, field: &'static str, value: impl Debug, valid: impl Into<Box<str>>) -> CharacterError {
+    fn refuse(&self, field: &'static str, value: impl Debug, valid: impl Into<Box<str>>) -> CharacterError {
         let value: String = format!("{value:?}").chars().take(80).collect();
         CharacterError::Value {
             file: self.file.into(),
@@ -87,12 +89,12 @@ impl Entry<'_> {
 }
 
 /// A name short enough for a message.
-pub(super) fn shown(name: &str) -> Box<str> {
+fn shown(name: &str) -> Box<str> {
     name.chars().take(64).collect::<String>().into()
 }
 
 /// The valid choices of a link name.
-pub(super) fn one_of(links: &HashMap<&str, usize>) -> String {
+fn one_of(links: &HashMap<&str, usize>) -> String {
     let mut names: Vec<&str> = links.keys().copied().collect();
     names.sort_by_key(|name| links[name]);
     let rest = names.len().saturating_sub(24);
