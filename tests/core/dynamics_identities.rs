@@ -208,7 +208,7 @@ fn accelerations_of(
 }
 
 /// The contact solver's mobility blocks are the change of the links' accelerations that a wrench brings, implicit gains
-/// included. The momentum correction at the end of a step would hide most of an error here.
+/// included, from none to stiff. The momentum correction at the end of a step would hide most of an error here.
 #[test]
 fn contact_mobilities_are_responses_to_wrenches() {
     for model in models() {
@@ -218,8 +218,9 @@ fn contact_mobilities_are_responses_to_wrenches() {
         for _ in 0..20 {
             let state = random_state::<f64>(&model, &mut random, 2.0, 5.0);
             let (constants, links) = kinematics_of(&model, &state);
-            let servos: Vec<_> =
-                (0..n).map(|_| ServoOutput { torque: Vec3::zero(), implicit: random.range(0.0, 0.1) }).collect();
+            let servos: Vec<_> = (0..n)
+                .map(|_| ServoOutput { torque: Vec3::zero(), implicit: random.range(-0.1, 1.0).max(0.0) })
+                .collect();
             let mut articulated = vec![ArticulatedLink::default(); n];
             let root = articulated_inertias(&constants, &links, &servos, &[], &mut articulated);
             let touching: Vec<usize> = (0..n).filter(|_| random.uniform() < 0.3).collect();

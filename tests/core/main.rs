@@ -1,18 +1,22 @@
 //! The tests that need no engine, in one program: what all of them simulate is compiled and linked once.
 //!
 //! Each module opens with its contract. `cargo test --no-default-features --features cli --test core MODULE` runs one of
-//! them. What has to be alone in its process or profile is a file beside this folder.
+//! them. `tests/determinism.rs` has one of them for a build in release.
 
 #[path = "../support/common.rs"]
 mod common;
 #[path = "../support/counting_allocator.rs"]
 mod counting_allocator;
+#[path = "../support/golden.rs"]
+mod golden;
 #[path = "../support/motion_support.rs"]
 mod motion_support;
 #[path = "../support/policy_support.rs"]
 mod policy_support;
 #[path = "../support/puppet.rs"]
 mod puppet;
+#[path = "../support/seen_momentum.rs"]
+mod seen_momentum;
 
 mod architecture;
 mod blade;
@@ -24,6 +28,7 @@ mod closed_forms;
 mod cma_es;
 mod criteria;
 mod crossover_clips;
+mod determinism;
 mod dynamics_identities;
 mod flight;
 mod geometry;

@@ -1,4 +1,4 @@
-//! Scenes whose last bits must be the same everywhere. Shared by `tests/determinism.rs` and `examples/golden_bits.rs`, which
+//! Scenes whose last bits must be the same everywhere. Shared by `tests/core/determinism.rs` and `examples/golden_bits.rs`, which
 //! runs them on other targets.
 //!
 //! Only rational numbers and square roots go in, so that no library function has a say.
