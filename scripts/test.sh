@@ -1,12 +1,41 @@
 #!/usr/bin/env bash
 # Everything that has to hold before a change lands. Needs a C compiler and the Rust toolchain; with Node and rustup, WASM
-# is checked too, with Chromium the demo's page.
+# is checked too, with Chromium the demo's page. docs/lab/ci.md says where the time goes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-# A machine that builds once needs no traces for building again; they would be half of what the build leaves on the disk.
-[[ ${CI:-} != true ]] || export CARGO_INCREMENTAL=0
 
-stage() { printf '\n== %s (%s s)\n' "$1" "$SECONDS"; }
+folder=${CARGO_TARGET_DIR:-target}
+host=$(rustc -vV | sed -n 's/^host: //p')
+# Into an empty folder everything is built once. No traces for building again: they would be half of what lies on the disk.
+# And the host's triple by name: macros and build scripts are then the same for all targets, and built once for all.
+if [[ ${CI:-} == true || -d $folder/$host/debug || ! -d $folder/debug ]]; then
+    export CARGO_INCREMENTAL=0 CARGO_BUILD_TARGET=$host
+fi
+
+log=$(mktemp -d)
+names=() times=() began=0
+# A stage ends where the next begins.
+end_stage() {
+    [[ ${#names[@]} == "${#times[@]}" ]] || times+=($((SECONDS - began)))
+}
+stage() {
+    end_stage
+    names+=("$1") began=$SECONDS
+    printf '\n== %s (%s s)\n' "$1" "$SECONDS"
+}
+beside=
+finish() {
+    local code=$? k
+    end_stage
+    [[ -z $beside ]] || kill -- "-$beside" 2>/dev/null || true
+    printf '\n%9s  stage\n' seconds
+    for k in "${!names[@]}"; do printf '%9s  %s\n' "${times[$k]}" "${names[$k]}"; done
+    [[ ! -s $log/seconds ]] || printf '%9s  %s\n' "$(<"$log/seconds")" "beside these: the release builds"
+    printf '%9s  in all\n' "$SECONDS"
+    rm -rf "$log"
+    exit "$code"
+}
+trap finish EXIT
 
 stage "format"
 cargo fmt --check
@@ -17,33 +46,38 @@ if grep -E '^(bevy|bevy_[a-z]+|tract[a-z-]*|clap|wgpu) v' <<<"$(grep -v '^bevy_a
     echo "the core must not depend on these" >&2
     exit 1
 fi
+
+# Release builds have a folder and a lock of their own: they fill the time in which the others wait for one crate or one test.
+set -m
+(
+    start=$SECONDS
+    cargo test --locked --release --no-default-features --features train --test determinism
+    bash scripts/wasm_bits.sh
+    echo $((SECONDS - start)) >"$log/seconds"
+) >"$log/bits" 2>&1 &
+beside=$!
+set +m
+
+stage "lint: the core alone, the command line"
 cargo clippy --locked --no-default-features --lib -- -D warnings
-
-stage "core and command line: lint and tests"
 cargo clippy --locked --no-default-features --features cli --all-targets -- -D warnings
-cargo test --locked --no-default-features --features cli
 
-stage "the same bits in release"
-cargo test --locked --release --no-default-features --features train --test determinism
+# With the features that are off by default too, in every stage: the crate and the engine are built once.
+all=(--locked --features "avian gltf")
+stage "lint and docs: everything"
+cargo clippy "${all[@]}" --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc "${all[@]}" --no-deps
 
-stage "the same bits in a portable build and in WASM"
-bash scripts/wasm_bits.sh
+stage "tests: of single files, of the core and the command line, of the engine"
+cargo test "${all[@]}" --lib --test core --test engine
 
-# With the features that are off by default too, in every stage: the engine is built once.
-engine=(--locked --features "avian gltf")
-stage "with the engine: lint, docs"
-cargo clippy "${engine[@]}" --all-targets -- -D warnings
-RUSTDOCFLAGS="-D warnings" cargo doc "${engine[@]}" --no-deps
-
-stage "with the engine: tests, examples, the code of the guides"
-cargo test "${engine[@]}" --lib --examples --test engine
-cargo test "${engine[@]}" --doc
+stage "tests: the code of the guides"
+cargo test "${all[@]}" --doc
 
 stage "the demo without a display"
-picture=$(mktemp --suffix .png)
-env -u DISPLAY -u WAYLAND_DISPLAY cargo run "${engine[@]}" -- --storyboard "$picture"
+picture=$log/storyboard.png
+env -u DISPLAY -u WAYLAND_DISPLAY cargo run "${all[@]}" -- --storyboard "$picture"
 test -s "$picture"
-rm -f "$picture"
 
 stage "the demo in a browser"
 if command -v node >/dev/null && command -v rustup >/dev/null; then
@@ -53,4 +87,10 @@ else
     echo "skipped: the page needs Node and rustup" >&2
 fi
 
-stage "done"
+# All the while beside the others; here is what it found.
+stage "the same bits in release, in a portable build and in WASM"
+code=0
+wait "$beside" || code=$?
+beside=
+cat "$log/bits"
+exit "$code"
