@@ -13,6 +13,7 @@ mod error;
 pub mod joint_map;
 pub mod joint_positions;
 pub mod landmark_layout;
+mod material;
 pub mod policy_contract;
 mod state_bytes;
 pub(crate) mod turn;
@@ -22,4 +23,5 @@ pub use character::{
     LinkEntry, PointEntry, PointRole, ShapeEntry, Side,
 };
 pub use error::{AssetError, CharacterError};
+pub use material::Material;
 pub use state_bytes::{StateError, StateReader, StateWriter};

@@ -79,7 +79,7 @@ pub fn detect_contacts<R: Real>(
         if !R::any(on_ice) {
             continue;
         }
-        let on_ice = on_ice & toe.hit.ice & heel.hit.ice;
+        let on_ice = on_ice & toe.hit.carves & heel.hit.carves;
         if R::any(on_ice) {
             let inside = kinematics[blade.link].rotation.mul_vec(Vec3::splat(blade.inside));
             blades[index] =

@@ -1,11 +1,13 @@
 //! Signed distances to solids, over lanes.
 
+mod column;
 mod height_field;
 
 use crate::math::{Mat3, Real, Vec3};
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
 
+pub use column::Column;
 pub use height_field::{HeightField, HeightFieldError};
 
 /// The shape of a solid. World frame, metres.
@@ -33,6 +35,25 @@ pub enum Geometry {
         center: DVec3,
         /// Radius.
         radius: f64,
+    },
+    /// A level rod with round ends.
+    Rail {
+        /// Middle of its axis.
+        center: DVec3,
+        /// From the middle of the axis to the centre of one round end; horizontal.
+        half: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// Level ground between two lines across the way: everything below `top` from z = `near` down to z = `far`. Infinite where
+    /// the number is.
+    Strip {
+        /// Height of the ground.
+        top: f64,
+        /// Where it begins, the larger z.
+        near: f64,
+        /// Where it ends, the smaller z.
+        far: f64,
     },
     /// Heights over a horizontal grid.
     HeightField(Arc<HeightField>),
@@ -66,7 +87,16 @@ impl Geometry {
                 GeometryHit { distance: length - R::splat(*radius), normal: Vec3::select(at_center, up, r * inverse) }
             }
             Geometry::Box { center, half_extents, rotation } => {
-                box_distance(point - Vec3::splat(*center), *half_extents, &DMat3::from_quat(*rotation))
+                let to_world = Mat3::splat(DMat3::from_quat(*rotation));
+                box_distance(point - Vec3::splat(*center), Vec3::splat(*half_extents), &to_world)
+            }
+            Geometry::Rail { center, half, radius } => {
+                let length = half.length();
+                let along = Vec3::splat(if length > 0.0 { *half / length } else { DVec3::X });
+                rail_distance(point, Vec3::splat(*center), along, R::splat(length), R::splat(*radius))
+            }
+            Geometry::Strip { top, near, far } => {
+                strip_distance(point, R::splat(*top), R::splat(near.min(1e9)), R::splat(far.max(-1e9)))
             }
             Geometry::HeightField(field) => field.signed_distance(point),
         }
@@ -80,16 +110,87 @@ impl Geometry {
             _ => self.signed_distance(point).distance,
         }
     }
+
+    /// The part of the vertical line through `point` (world frame, m) that lies inside.
+    #[inline]
+    pub fn column<R: Real>(&self, point: Vec3<R>) -> Column<R> {
+        match self {
+            Geometry::Plane { point: origin, normal } => Column::plane(point, *origin, *normal),
+            Geometry::Sphere { center, radius } => Column::swept_ball(point, Vec3::splat(*center), R::splat(*radius)),
+            Geometry::Box { center, half_extents, rotation } => {
+                let to_world = Mat3::splat(DMat3::from_quat(*rotation));
+                Column::block(point, Vec3::splat(*center), Vec3::splat(*half_extents), &to_world)
+            }
+            Geometry::Rail { center, half, radius } => {
+                let length = half.length();
+                let along = Vec3::splat(if length > 0.0 { *half / length } else { DVec3::X });
+                let axis = rail_point(point, Vec3::splat(*center), along, R::splat(length));
+                Column::swept_ball(point, axis, R::splat(*radius))
+            }
+            Geometry::Strip { top, near, far } => {
+                let (near, far) = (R::splat(near.min(1e9)), R::splat(far.max(-1e9)));
+                let meets = !near.lt(point.z) & !point.z.lt(far);
+                Column { meets, ..Column::ground(R::splat(*top), Vec3::splat(DVec3::Y)) }
+            }
+            Geometry::HeightField(field) => {
+                let (height, normal) = field.surface(point);
+                Column::ground(height, normal)
+            }
+        }
+    }
+}
+
+/// The point of a level rod's axis that is nearest to a point.
+#[inline]
+pub(crate) fn rail_point<R: Real>(point: Vec3<R>, center: Vec3<R>, along: Vec3<R>, half_length: R) -> Vec3<R> {
+    let at = (point - center).dot(along).clamp(-half_length, half_length);
+    center + along * at
+}
+
+/// Distance to a level rod with round ends; `along` is its unit axis.
+#[inline]
+pub(crate) fn rail_distance<R: Real>(
+    point: Vec3<R>,
+    center: Vec3<R>,
+    along: Vec3<R>,
+    half_length: R,
+    radius: R,
+) -> GeometryHit<R> {
+    let r = point - rail_point(point, center, along, half_length);
+    let length = r.length();
+    let on_axis = length.lt(R::splat(1e-9));
+    let inverse = R::select(on_axis, R::one(), length).recip();
+    let normal = Vec3::select(on_axis, Vec3::splat(DVec3::Y), r * inverse);
+    GeometryHit { distance: length - radius, normal }
+}
+
+/// Distance to level ground between two lines across the way.
+#[inline]
+pub(crate) fn strip_distance<R: Real>(point: Vec3<R>, top: R, near: R, far: R) -> GeometryHit<R> {
+    let (zero, one) = (R::zero(), R::one());
+    let up = point.y - top;
+    let (before, behind) = (point.z - near, far - point.z);
+    let side = before.max(behind);
+    let sign = R::select(before.lt(behind), -one, one);
+    let (out_up, out_side) = (up.max(zero), side.max(zero));
+    let length = (out_up * out_up + out_side * out_side).sqrt();
+    let is_outside = zero.lt(length);
+    let inverse = R::select(is_outside, length, one).recip();
+    // Inside, the face that is least deep.
+    let top_wins = !up.lt(side);
+    let y = R::select(is_outside, out_up * inverse, one.masked(top_wins));
+    let z = R::select(is_outside, out_side * inverse, one.masked(!top_wins)) * sign;
+    GeometryHit { distance: R::select(is_outside, length, up.max(side)), normal: Vec3::new(zero, y, z) }
 }
 
 /// Outside: the distance to the nearest point of the box. Inside: the face that is least deep.
-fn box_distance<R: Real>(from_center: Vec3<R>, half: DVec3, rotation: &DMat3) -> GeometryHit<R> {
-    let to_world = Mat3::splat(*rotation);
+#[inline]
+pub(crate) fn box_distance<R: Real>(from_center: Vec3<R>, half: Vec3<R>, to_world: &Mat3<R>) -> GeometryHit<R> {
     let p = to_world.tr_mul_vec(from_center);
     let zero = R::zero();
     let sign = |x: R| R::select(x.lt(zero), -R::one(), R::one());
     let s = Vec3::new(sign(p.x), sign(p.y), sign(p.z));
-    let q = Vec3::new(p.x.abs() - R::splat(half.x), p.y.abs() - R::splat(half.y), p.z.abs() - R::splat(half.z));
+    let q = Vec3::new(p.x.abs() - half.x, p.y.abs() - half.y, p.z.abs() - half.z);
     let outside = Vec3::new(q.x.max(zero), q.y.max(zero), q.z.max(zero));
     let length = outside.length();
     let is_outside = zero.lt(length);

@@ -62,13 +62,7 @@ impl<R: Real> ContactScratch<R> {
         }
         let zero = R::zero();
         let far = Probe {
-            hit: SurfaceHit {
-                distance: zero,
-                normal: Vec3::zero(),
-                velocity: Vec3::zero(),
-                friction: zero,
-                ice: zero.lt(zero),
-            },
+            hit: SurfaceHit { distance: zero, normal: Vec3::zero(), ..SurfaceHit::nothing() },
             gap: R::splat(1e9),
             arm: Vec3::zero(),
         };

@@ -1,35 +1,9 @@
-//! The world as the characters feel it: a signed distance with a normal, a surface velocity and a surface kind.
+//! Solids that all characters share.
 
-use crate::contact::{ContactCandidate, Geometry};
-use crate::math::{Real, Sym3, Vec3};
+use crate::contact::terrain::STEP_UP;
+use crate::contact::{Geometry, SupportHit, Surface, SurfaceHit, Terrain};
+use crate::math::{Real, Vec3};
 use glam::{DQuat, DVec3};
-
-/// What a surface is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SurfaceKind {
-    /// Ice: blades act as knife edges.
-    Ice,
-    /// Ordinary ground.
-    Ground,
-    /// A wall or an obstacle.
-    Wall,
-}
-
-/// Kind and friction of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
-    /// What it is made of.
-    pub kind: SurfaceKind,
-    /// Coulomb coefficient.
-    pub friction: f64,
-}
-
-impl Surface {
-    /// Ice with the friction of the skating paper, 0.02.
-    pub const ICE: Self = Self { kind: SurfaceKind::Ice, friction: 0.02 };
-    /// Ground with friction 0.8.
-    pub const GROUND: Self = Self { kind: SurfaceKind::Ground, friction: 0.8 };
-}
 
 /// One solid of the world.
 #[derive(Clone, Debug)]
@@ -56,19 +30,38 @@ impl Solid {
     #[inline]
     fn query<R: Real>(&self, point: Vec3<R>) -> SurfaceHit<R> {
         let hit = self.geometry.signed_distance(point);
-        let velocity = if self.angular_velocity == DVec3::ZERO {
-            Vec3::splat(self.linear_velocity)
-        } else {
-            let arm = point - Vec3::splat(self.pivot);
-            Vec3::splat(self.linear_velocity) + Vec3::splat(self.angular_velocity).cross(arm)
-        };
         let none = R::zero().lt(R::zero());
+        let everywhere = |is: bool| if is { !none } else { none };
         SurfaceHit {
             distance: hit.distance,
             normal: hit.normal,
-            velocity,
+            velocity: self.velocity(point),
             friction: R::splat(self.surface.friction),
-            ice: if self.surface.kind == SurfaceKind::Ice { !none } else { none },
+            carves: everywhere(self.surface.material.carves),
+            grippable: everywhere(self.surface.material.grippable),
+        }
+    }
+
+    /// Velocity of its matter at `point`, m/s.
+    #[inline]
+    fn velocity<R: Real>(&self, point: Vec3<R>) -> Vec3<R> {
+        if self.angular_velocity == DVec3::ZERO {
+            return Vec3::splat(self.linear_velocity);
+        }
+        let arm = point - Vec3::splat(self.pivot);
+        Vec3::splat(self.linear_velocity) + Vec3::splat(self.angular_velocity).cross(arm)
+    }
+
+    /// Its top in the vertical line through `point`, where it counts as a support of the point.
+    #[inline]
+    fn height<R: Real>(&self, point: Vec3<R>) -> SupportHit<R> {
+        let column = self.geometry.column(point);
+        let found = column.meets & column.bottom.lt(point.y + R::splat(STEP_UP));
+        SupportHit {
+            height: R::select(found, column.top, R::splat(SupportHit::<R>::BOTTOMLESS)),
+            normal: column.normal,
+            velocity: self.velocity(Vec3::new(point.x, column.top, point.z)),
+            found,
         }
     }
 
@@ -82,80 +75,6 @@ impl Solid {
             angular_velocity: axis * rate,
             pivot,
         }
-    }
-}
-
-/// The answer of a [`Terrain`] for one point.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceHit<R: Real> {
-    /// Signed distance, m; negative inside.
-    pub distance: R,
-    /// Outward unit normal.
-    pub normal: Vec3<R>,
-    /// Velocity of the surface there, world axes, m/s.
-    pub velocity: Vec3<R>,
-    /// Coulomb coefficient.
-    pub friction: R,
-    /// True where the surface is ice.
-    pub ice: R::Mask,
-}
-
-/// Anything that a character can touch.
-pub trait Terrain<R: Real> {
-    /// The surface nearest to `point` (world frame, m).
-    fn query(&self, point: Vec3<R>) -> SurfaceHit<R>;
-
-    /// A lower bound of the distance from `point` to anything, m: nothing within this distance of the point is inside a
-    /// surface. The links that it clears are not asked further. To be overridden where `query` may overstate.
-    #[inline]
-    fn clearance(&self, point: Vec3<R>) -> R {
-        self.query(point).distance
-    }
-
-    /// `query` on behalf of contact point `index` of the character. A terrain of several things overrides it to remember
-    /// which of them the point is on.
-    #[inline]
-    fn query_contact(&self, index: usize, point: Vec3<R>) -> SurfaceHit<R> {
-        let _ = index;
-        self.query(point)
-    }
-
-    /// True if something in it may give way; then `give` is asked in every step with contact.
-    #[inline]
-    fn yields(&self) -> bool {
-        false
-    }
-
-    /// How the surface under each candidate gives way: `out[k]` is the velocity there per impulse on it, world axes, 1/kg;
-    /// zero where it does not move. `root` is what the candidates' places are relative to (world frame, m). Of a candidate
-    /// only the source, the place and the normal (`directions[0]`) are known yet; grips are among them, and theirs is not used.
-    #[inline]
-    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
-        let _ = (root, candidates);
-        out.fill(Sym3::zero());
-    }
-}
-
-impl<R: Real, T: Terrain<R>> Terrain<R> for &T {
-    #[inline]
-    fn query(&self, point: Vec3<R>) -> SurfaceHit<R> {
-        T::query(self, point)
-    }
-    #[inline]
-    fn clearance(&self, point: Vec3<R>) -> R {
-        T::clearance(self, point)
-    }
-    #[inline]
-    fn query_contact(&self, index: usize, point: Vec3<R>) -> SurfaceHit<R> {
-        T::query_contact(self, index, point)
-    }
-    #[inline]
-    fn yields(&self) -> bool {
-        T::yields(self)
-    }
-    #[inline]
-    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
-        T::give(self, root, candidates, out);
     }
 }
 
@@ -210,22 +129,10 @@ impl<R: Real> Terrain<R> for World {
         if let [solid] = self.solids.as_slice() {
             return solid.query(point);
         }
-        let zero = R::zero();
-        let mut best = SurfaceHit {
-            distance: R::splat(1e9),
-            normal: Vec3::splat(DVec3::Y),
-            velocity: Vec3::zero(),
-            friction: zero,
-            ice: zero.lt(zero),
-        };
+        let mut best = SurfaceHit::nothing();
         for solid in &self.solids {
             let hit = solid.query(point);
-            let nearer = hit.distance.lt(best.distance);
-            best.distance = R::select(nearer, hit.distance, best.distance);
-            best.normal = Vec3::select(nearer, hit.normal, best.normal);
-            best.friction = R::select(nearer, hit.friction, best.friction);
-            best.velocity = Vec3::select(nearer, hit.velocity, best.velocity);
-            best.ice = (best.ice & !nearer) | (hit.ice & nearer);
+            best = best.replaced(hit.distance.lt(best.distance), &hit);
         }
         best
     }
@@ -237,5 +144,13 @@ impl<R: Real> Terrain<R> for World {
         }
         let far = R::splat(1e9);
         self.solids.iter().fold(far, |nearest, solid| solid.geometry.clearance(point).min(nearest))
+    }
+
+    #[inline]
+    fn height(&self, point: Vec3<R>) -> SupportHit<R> {
+        if let [solid] = self.solids.as_slice() {
+            return solid.height(point);
+        }
+        self.solids.iter().fold(SupportHit::nothing(), |best, solid| best.higher(&solid.height(point)))
     }
 }

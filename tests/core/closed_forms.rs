@@ -5,7 +5,7 @@
 //! coefficient, an inertia): the identities hold for any value of them.
 
 use crate::common::*;
-use bevy_athlete::contact::{Geometry, Solid, Surface, SurfaceKind, World};
+use bevy_athlete::contact::{Geometry, Material, Solid, Surface, World};
 use bevy_athlete::model::{Grip, LeanLaw, skater};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use glam::{DQuat, DVec3};
@@ -176,7 +176,7 @@ fn sliding_stop_distance() {
 }
 
 fn tilted(normal: DVec3, friction: f64) -> World {
-    let surface = Surface { kind: SurfaceKind::Ground, friction };
+    let surface = Surface { material: Material::GROUND, friction };
     World { solids: vec![Solid::fixed(Geometry::Plane { point: DVec3::ZERO, normal }, surface)] }
 }
 
@@ -223,7 +223,7 @@ fn friction_cone_on_a_slope() {
 #[test]
 fn sliding_ball_ends_rolling() {
     let (radius, mass, v) = (0.1, 2.0, 2.0);
-    let surface = Surface { kind: SurfaceKind::Ground, friction: 0.3 };
+    let surface = Surface { material: Material::GROUND, friction: 0.3 };
     for direction in [DVec3::X, DVec3::new(-0.8, 0.0, 0.6)] {
         let mut model = rigid(mass, DVec3::splat(0.4 * mass * radius * radius), DVec3::ZERO);
         add_point(&mut model, DVec3::ZERO, radius);

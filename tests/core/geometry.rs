@@ -235,7 +235,7 @@ fn lanes_have_the_bits_of_the_scalar_query() {
             assert_eq!(hit.normal.lane(lane), one.normal.lane(0));
             assert_eq!(hit.velocity.lane(lane), one.velocity.lane(0));
             assert_eq!(hit.friction.lane(lane), one.friction);
-            assert_eq!(F64x4::mask_lane(hit.ice, lane), one.ice);
+            assert_eq!(F64x4::mask_lane(hit.carves, lane), one.carves);
         }
     }
     println!("500 queries of 4 lanes: bit-equal to the scalar query");

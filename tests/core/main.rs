@@ -54,6 +54,7 @@ mod robustness_card;
 mod salchow_clip;
 mod shipped_skills;
 mod storyboard;
+mod support_height;
 mod three_turn_clips;
 mod trace_reader;
 mod training;

@@ -126,7 +126,7 @@ fn closed_forms() {
             // A mesh is solid behind its front, not to its middle.
             if expected > -0.19 {
                 let hit = ask(&ground, p);
-                assert!(hit.ice && hit.friction == 0.02);
+                assert!(hit.carves && hit.friction == 0.02);
                 worst = worst.max((hit.distance - expected).abs());
             }
         }

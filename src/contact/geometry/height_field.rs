@@ -121,6 +121,20 @@ impl HeightField {
         })
     }
 
+    /// Height (m) and outward unit normal of the ground in the vertical line through `point`, lane by lane. Of a point that is
+    /// not finite, that at the field's origin.
+    pub fn surface<R: Real>(&self, point: Vec3<R>) -> (R, Vec3<R>) {
+        let (mut height, mut normal) = (R::zero(), Vec3::zero());
+        for lane in 0..R::LANES {
+            let p = point.lane(lane);
+            let p = if p.is_finite() { p } else { self.origin };
+            let (y, slope_x, slope_z) = self.sample(p.x, p.z);
+            height.set_lane(lane, y);
+            normal.set_lane(lane, DVec3::new(-slope_x, 1.0, -slope_z).normalize());
+        }
+        (height, normal)
+    }
+
     /// Height of the ground at a place, m.
     pub fn height(&self, x: f64, z: f64) -> f64 {
         self.sample(x, z).0

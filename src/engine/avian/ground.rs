@@ -1,6 +1,6 @@
 //! The colliders near one athlete, as its ground.
 
-use crate::contact::{ContactCandidate, Surface, SurfaceHit, SurfaceKind, Terrain, World as Solids};
+use crate::contact::{ContactCandidate, SupportHit, Surface, SurfaceHit, Terrain, World as Solids};
 use crate::engine::avian::form::{FAR, Form};
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderPush};
@@ -187,13 +187,7 @@ impl ColliderGround {
     fn hit(&self, point: Vec3<f64>) -> (u32, SurfaceHit<f64>) {
         let at = point.lane(0);
         let Some((index, distance, normal)) = self.nearest(at).filter(|_| at.is_finite()) else {
-            let nothing = SurfaceHit {
-                distance: FAR,
-                normal: Vec3::splat(DVec3::Y),
-                velocity: Vec3::zero(),
-                friction: 0.0,
-                ice: false,
-            };
+            let nothing = SurfaceHit { distance: FAR, ..SurfaceHit::nothing() };
             return (NONE, nothing);
         };
         let surface = self.shapes[index].surface;
@@ -204,7 +198,8 @@ impl ColliderGround {
             normal: Vec3::splat(normal),
             velocity: Vec3::splat(velocity),
             friction: surface.friction,
-            ice: surface.kind == SurfaceKind::Ice,
+            carves: surface.material.carves,
+            grippable: surface.material.grippable,
         };
         (index as u32, hit)
     }
@@ -298,6 +293,10 @@ impl Terrain<f64> for CollidersAndSolids<'_> {
             touched.store(NONE, Ordering::Relaxed);
         }
         nearer
+    }
+
+    fn height(&self, point: Vec3<f64>) -> SupportHit<f64> {
+        self.colliders.height(point).higher(&self.solids.height(point))
     }
 
     fn yields(&self) -> bool {

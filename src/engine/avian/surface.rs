@@ -1,6 +1,6 @@
 //! What colliders are made of, as athletes feel it.
 
-use crate::contact::{Surface, SurfaceKind};
+use crate::contact::{Material, Surface};
 use avian3d::prelude::Friction;
 use bevy::prelude::*;
 
@@ -11,17 +11,21 @@ use bevy::prelude::*;
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct AthleteSurface {
-    /// Blades act as knife edges on it.
-    pub ice: bool,
+    /// Blades act as knife edges on it, as on ice.
+    pub carves: bool,
+    /// Hands can hold on to it, as to a rail.
+    pub grippable: bool,
     /// Coulomb coefficient (finite, not negative; anything else counts as zero).
     pub friction: f32,
 }
 
 impl AthleteSurface {
     /// Ice with the friction of the skating paper, 0.02.
-    pub const ICE: Self = Self { ice: true, friction: 0.02 };
+    pub const ICE: Self = Self { carves: true, grippable: false, friction: 0.02 };
     /// Ground with friction 0.8.
-    pub const GROUND: Self = Self { ice: false, friction: 0.8 };
+    pub const GROUND: Self = Self { carves: false, grippable: false, friction: 0.8 };
+    /// A rail with friction 0.8, which hands can hold on to.
+    pub const RAIL: Self = Self { carves: false, grippable: true, friction: 0.8 };
 
     /// As the core has it.
     pub fn surface(self) -> Surface {
@@ -30,14 +34,21 @@ impl AthleteSurface {
         match self {
             Self::ICE => Surface::ICE,
             Self::GROUND => Surface::GROUND,
-            Self { ice: true, .. } => Surface { kind: SurfaceKind::Ice, friction },
-            Self { ice: false, .. } => Surface { kind: SurfaceKind::Ground, friction },
+            Self::RAIL => Surface::RAIL,
+            Self { carves, grippable, .. } => {
+                let of_its_kind = match (carves, grippable) {
+                    (true, _) => Material::ICE,
+                    (false, true) => Material::RAIL,
+                    (false, false) => Material::GROUND,
+                };
+                Surface { material: Material { carves, grippable, ..of_its_kind }, friction }
+            }
         }
     }
 
     /// Ground with the friction of a collider.
     pub(super) fn of_friction(friction: &Friction) -> Self {
-        Self { ice: false, friction: friction.dynamic_coefficient }
+        Self { friction: friction.dynamic_coefficient, ..Self::GROUND }
     }
 }
 
