@@ -1,8 +1,11 @@
 //! The description of a skill: which motion is followed, how, and what a trial looks like. `*.skill.ron`.
 
-use super::TrialOptions;
+mod trial;
+
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+
+pub use trial::{TrialOptions, TrialRow};
 
 /// An interval from which numbers are drawn evenly.
 pub type Range = (f64, f64);

@@ -22,13 +22,13 @@ mod steering;
 #[cfg(feature = "policy")]
 mod trained;
 mod transition;
-mod trial;
 
 pub use criteria::{
     Criterion, Flight, LIFT, SETTLE, SHORTEST_FLIGHT, Shortfall, Way, crossings, flights, strokes, yaw_over,
 };
 pub use definition::{
-    EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits,
+    EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits, TrialOptions,
+    TrialRow,
 };
 pub use disturb::Disturbance;
 pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
@@ -42,4 +42,3 @@ pub(crate) use trained::Rhythm;
 #[cfg(feature = "policy")]
 pub use trained::{SkillPlayer, TrainedSkill, TrainedSkillError};
 pub use transition::{ENTRY, Transition, best_transition, tick_distance};
-pub use trial::{TrialOptions, TrialRow};
