@@ -8,6 +8,7 @@
 //! - A position channel replaces that component of the joint's `OFFSET`, at the root and at any other joint.
 //! - Values of a frame follow the order of the `CHANNELS` lines in the file.
 
+use super::read_file::{ReadFault, read_bytes};
 mod parse;
 
 use glam::{DQuat, DVec3};
@@ -201,14 +202,14 @@ impl Bvh {
     /// Reads a BVH file (text that is not UTF-8 is read as far as it is).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, BvhError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| BvhError::Read { path: path.to_path_buf(), reason: e.to_string() };
         let limits = BvhLimits::default();
-        let found = std::fs::metadata(path).map_err(failed)?.len();
-        if found > limits.bytes as u64 {
-            let found = usize::try_from(found).unwrap_or(usize::MAX);
-            return Err(BvhError::TooLarge { what: "bytes", found, limit: limits.bytes });
-        }
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let bytes = read_bytes(path, limits.bytes as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, .. } => {
+                let found = usize::try_from(bytes).unwrap_or(usize::MAX);
+                BvhError::TooLarge { what: "bytes", found, limit: limits.bytes }
+            }
+            fault => BvhError::Read { path: path.to_path_buf(), reason: fault.to_string() },
+        })?;
         Self::parse_with_limits(&String::from_utf8_lossy(&bytes), limits)
     }
 

@@ -11,6 +11,7 @@
 //! with `"joints": LANDMARKS` in place of `frames` where there is only one. All but the positions may be left out.
 
 use super::landmark_layout::{Axes, LandmarkLayout};
+use super::read_file::read_text;
 use glam::DVec3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -216,12 +217,9 @@ impl JointPositions {
     /// Reads a file.
     pub fn load(path: impl AsRef<Path>, options: &PositionOptions) -> Result<Self, PositionError> {
         let path = path.as_ref();
-        let failed = |reason: String| PositionError::File { path: path.to_path_buf(), reason };
-        let bytes = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?.len();
-        if bytes > MAX_POSITION_BYTES as u64 {
-            return Err(failed(format!("{bytes} bytes; at most {MAX_POSITION_BYTES} are read")));
-        }
-        Self::from_json(&std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?, options)
+        let text = read_text(path, MAX_POSITION_BYTES as u64)
+            .map_err(|e| PositionError::File { path: path.to_path_buf(), reason: e.fault.to_string() })?;
+        Self::from_json(&text, options)
     }
 
     /// Reads text.

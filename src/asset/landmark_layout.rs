@@ -1,6 +1,7 @@
 //! Landmark layouts: which point of a character each landmark of a pose estimator is (`*.landmarks.ron`).
 
 use super::clip_edit::other_side;
+use super::read_file::read_text;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -168,12 +169,9 @@ impl LandmarkLayout {
     /// Reads a `*.landmarks.ron` file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LayoutError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| LayoutError::File { path: path.to_path_buf(), reason: e.to_string() };
-        if std::fs::metadata(path).map_err(failed)?.len() > MAX_BYTES as u64 {
-            let reason = format!("more than {MAX_BYTES} bytes");
-            return Err(LayoutError::File { path: path.to_path_buf(), reason });
-        }
-        Self::from_ron(&std::fs::read_to_string(path).map_err(failed)?)
+        let text = read_text(path, MAX_BYTES as u64)
+            .map_err(|e| LayoutError::File { path: path.to_path_buf(), reason: e.fault.to_string() })?;
+        Self::from_ron(&text)
     }
 
     /// The layout of this name that comes with the crate.

@@ -15,6 +15,7 @@ pub mod joint_positions;
 pub mod landmark_layout;
 mod material;
 pub mod policy_contract;
+pub mod read_file;
 mod state_bytes;
 pub(crate) mod turn;
 

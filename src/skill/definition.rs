@@ -2,6 +2,7 @@
 
 mod trial;
 
+use crate::asset::read_file::read_text;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -255,6 +256,9 @@ pub enum SkillError {
     },
 }
 
+/// Largest file of a skill, bytes.
+const MAX_SKILL_BYTES: u64 = 1 << 20;
+
 impl SkillDefinition {
     /// A skill that follows a motion once, in place, with all defaults.
     pub fn imitate(name: &str, character: &str, motion: impl Into<PathBuf>) -> Self {
@@ -297,8 +301,8 @@ impl SkillDefinition {
     /// Reads a file; the motion's path is made relative to the working folder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SkillError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SkillError::Io { path: path.to_path_buf(), source })?;
+        let text = read_text(path, MAX_SKILL_BYTES)
+            .map_err(|e| SkillError::Io { path: path.to_path_buf(), source: e.into() })?;
         let mut skill = Self::from_ron(&text, path)?;
         if let Some(folder) = path.parent() {
             skill.motion = folder.join(&skill.motion);
