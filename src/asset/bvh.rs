@@ -8,10 +8,11 @@
 //! - A position channel replaces that component of the joint's `OFFSET`, at the root and at any other joint.
 //! - Values of a frame follow the order of the `CHANNELS` lines in the file.
 
-use super::read_file::{ReadFault, read_bytes};
 mod parse;
 
+use super::read_file::{ReadFault, read_bytes};
 use glam::{DQuat, DVec3};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// A coordinate axis.
@@ -79,6 +80,58 @@ pub struct Bvh {
     pub(super) channel_count: usize,
     pub(super) frame_count: usize,
     pub(super) values: Vec<f64>,
+    pub(super) warnings: Vec<BvhWarning>,
+}
+
+/// A header that does not say what the file holds, and what was read all the same.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BvhWarning {
+    /// The header counts other frames than there are.
+    FrameCount {
+        /// Frames that the header counts.
+        declared: usize,
+        /// Frames in the file, all of which were read.
+        found: usize,
+    },
+    /// The frame time is no time in seconds.
+    FrameTime {
+        /// The number in the header.
+        declared: f64,
+        /// What it was taken for.
+        taken: FrameTimeUnit,
+        /// Time between frames, s.
+        seconds: f64,
+    },
+}
+
+/// What a frame time that is too long for seconds is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameTimeUnit {
+    /// Milliseconds between frames.
+    Milliseconds,
+    /// Frames per second.
+    Rate,
+}
+
+impl fmt::Display for BvhWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BvhWarning::FrameCount { declared, found } => {
+                write!(f, "the header counts {declared} frames, the file holds {found}; all {found} were read")
+            }
+            BvhWarning::FrameTime { declared, taken, seconds } => {
+                let taken = match taken {
+                    FrameTimeUnit::Milliseconds => "milliseconds",
+                    FrameTimeUnit::Rate => "a rate in frames per second",
+                };
+                write!(
+                    f,
+                    "frame time {declared} is no time between frames in seconds; taken as {taken}: {seconds:.6} s"
+                )
+            }
+        }
+    }
 }
 
 /// Sizes beyond which a file is refused.
@@ -157,21 +210,25 @@ pub enum BvhError {
         found: String,
     },
     /// The frame time is out of range.
-    #[error("line {line}: frame time {found} s; valid is 0.00001 to 10 s")]
+    #[error(
+        "line {line}: frame time {found} s; valid is 0.00001 to 2 s, or milliseconds, or a rate in frames per second"
+    )]
     FrameTime {
         /// Line, from 1.
         line: usize,
         /// Found, s.
         found: f64,
     },
-    /// The count of values does not match the header.
+    /// The values are no whole number of frames.
     #[error(
-        "{found} values after the frame time, but {frames} frames of {channels} channels need {needed} (first row of another length: line {line})"
+        "line {line}: a row of another length; the header counts {frames} frames, and {found} values are {} frames of {channels} channels and {} values more",
+        found / (*channels).max(1),
+        found % (*channels).max(1)
     )]
     ValueCount {
         /// The first row whose number of values differs from the channel count, or the last line.
         line: usize,
-        /// Frames that the header promises.
+        /// Frames that the header counts.
         frames: usize,
         /// Channels of all joints.
         channels: usize,
@@ -220,6 +277,10 @@ impl Bvh {
     /// Time between frames, s.
     pub fn frame_time(&self) -> f64 {
         self.frame_time
+    }
+    /// What the header says otherwise than the file.
+    pub fn warnings(&self) -> &[BvhWarning] {
+        &self.warnings
     }
     /// Number of frames, at least one.
     pub fn frame_count(&self) -> usize {

@@ -311,6 +311,6 @@ impl JointMap {
 }
 
 /// The rotation that takes our axes (x right, y up, -z facing) to axes with these directions.
-fn basis(up: DVec3, facing: DVec3) -> DQuat {
+pub(crate) fn basis(up: DVec3, facing: DVec3) -> DQuat {
     DQuat::from_mat3(&DMat3::from_cols(facing.cross(up), up, -facing)).normalize()
 }

@@ -11,6 +11,7 @@ mod clip_file;
 pub mod dense_layers;
 mod error;
 pub mod joint_map;
+mod joint_map_text;
 pub mod joint_positions;
 pub mod landmark_layout;
 mod material;

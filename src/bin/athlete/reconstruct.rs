@@ -1,9 +1,10 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
+use crate::motion::load_motion;
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::{Record, check_place};
 use crate::simulate::draw;
-use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, WorldSpec, load_character, load_motion, perform};
+use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, WorldSpec, load_character, perform};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructOptions, reconstruct};
 use clap::Args;
@@ -28,7 +29,7 @@ pub struct Reconstruct {
     /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default ice for a character with blades, else ground
     #[arg(long)]
     world: Option<WorldSpec>,
-    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Where to write the control (.control.ron)
@@ -85,6 +86,10 @@ impl Reconstruct {
         }
         let model = load_character(&self.character)?;
         let mut clip = load_motion(&self.clip, self.map.as_deref(), &model)?;
+        if clip.poses.len() < 2 {
+            let found = clip.poses.len();
+            return Err(format!("{}: {found} pose, so nothing to follow; valid: 2 or more", self.clip.display()).into());
+        }
         if self.cycles > 1 {
             clip = clip.repeated_straight(self.cycles, SEAM)?;
         }

@@ -1,9 +1,10 @@
 //! `athlete simulate`: a motion or a control, headless.
 
+use crate::motion::load_motion;
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
 use bevy_athlete::cli::{
-    FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character, load_motion, perform,
+    FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character, perform,
 };
 use bevy_athlete::control::ReconstructedControl;
 use bevy_athlete::model::SharedModel;
@@ -34,7 +35,7 @@ pub struct Simulate {
     /// Control to replay: a .control.ron file
     #[arg(long, group = "script")]
     control: Option<PathBuf>,
-    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long, requires = "motion")]
     map: Option<PathBuf>,
     /// Move the motion so that it starts above the world's origin, facing -Z
