@@ -143,14 +143,15 @@ const MAX_BYTES: usize = 1 << 20;
 const MAX_LANDMARKS: usize = 1024;
 
 /// Layouts that come with the crate.
-const BUILT_IN: [&str; 2] = [
+const BUILT_IN: [&str; 3] = [
     include_str!("../../assets/landmarks/smpl24.landmarks.ron"),
     include_str!("../../assets/landmarks/mediapipe33.landmarks.ron"),
+    include_str!("../../assets/landmarks/smpl22.landmarks.ron"),
 ];
 
 impl LandmarkLayout {
     /// Names of the layouts that come with the crate.
-    pub const NAMES: [&'static str; 2] = ["smpl24", "mediapipe33"];
+    pub const NAMES: [&'static str; 3] = ["smpl24", "mediapipe33", "smpl22"];
 
     /// Reads a layout from RON text and checks it.
     pub fn from_ron(text: &str) -> Result<Self, LayoutError> {
@@ -265,6 +266,7 @@ mod tests {
             }
         }
         assert_eq!(LandmarkLayout::of_count(24).unwrap().name, "smpl24");
+        assert_eq!(LandmarkLayout::of_count(22).unwrap().name, "smpl22");
         assert_eq!(LandmarkLayout::of_count(33).unwrap().name, "mediapipe33");
         assert!(LandmarkLayout::of_count(23).is_none());
     }
