@@ -43,8 +43,16 @@ impl Links {
             ends: (0..parents.len()).map(|i| if leaf(i) { 2.0 * model.links[i].com.length() } else { 0.0 }).collect(),
             parents,
         };
-        let roles = find_roles(&tree)?;
+        let mut roles = find_roles(&tree)?;
         let rest = model.rest_positions();
+        // Left is -X, whatever the links are called.
+        let swapped = |limbs: &[Limb; 2]| rest[limbs[0].upper].x > rest[limbs[1].upper].x;
+        if swapped(&roles.legs) {
+            roles.legs.swap(0, 1);
+        }
+        if let Some(arms) = roles.arms.as_mut().filter(|arms| swapped(arms)) {
+            arms.swap(0, 1);
+        }
         let bone = |from: usize, to: Option<usize>| {
             let bone = to.map_or(model.links[from].com, |to| rest[to] - rest[from]);
             bone.try_normalize().unwrap_or(DVec3::NEG_Y)

@@ -205,7 +205,8 @@ impl Finder<'_, '_> {
             .collect();
         angles.sort_by(f64::total_cmp);
         let middle = angles[angles.len() / 2];
-        (middle > 0.05).then_some(middle)
+        // In one line with the toes the foot is as flat as they are.
+        (middle > -MOST_SLOPE).then_some(middle.max(0.0))
     }
 }
 
