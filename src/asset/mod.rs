@@ -8,6 +8,7 @@ mod character;
 pub mod clip;
 pub(crate) mod clip_edit;
 mod clip_file;
+pub mod course;
 pub mod dense_layers;
 mod error;
 pub mod joint_map;
@@ -22,6 +23,7 @@ pub use character::{
     BladeEntry, Character, FootEntry, FootKindEntry, GainsEntry, GripEntry, JointEntry, LeanLawEntry, LimitsEntry,
     LinkEntry, PointEntry, PointRole, ShapeEntry, Side,
 };
+pub use course::{Course, CourseError, CourseInstance};
 pub use error::{AssetError, CharacterError};
 pub use material::Material;
 pub use state_bytes::{StateError, StateReader, StateWriter};

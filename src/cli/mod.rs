@@ -6,6 +6,7 @@
 //! | [`find_key_poses`] | the key pose file of a skill |
 //! | [`load_motion`] | a `.bvh` or `.clip.ron` file to a clip for a character |
 //! | [`WorldSpec`] | the worlds that have a name: `ice`, `ground`, `slope:10` ... |
+//! | [`ChosenWorld`] | one of those with a course on it: `--course FILE --set height=0.5` |
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
 //! | [`run_program`] | performs a program of skills from a disturbed start |
@@ -15,6 +16,7 @@
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
+mod chosen_world;
 mod find_key_poses;
 mod frames;
 mod info;
@@ -28,13 +30,14 @@ mod skills;
 mod timing;
 mod world_spec;
 
+pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError};
 pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, LinkRow, PointRow, character_table};
 pub use input::{load_character, load_motion};
 pub use input_error::InputError;
 pub use motion_frames::{clip_frames, key_pose_frames};
-pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform};
+pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform, perform_on};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
 pub use skills::{SKILLS_FOLDER, SkillInputError, find_program, find_skill, load_task, load_trained_skill};

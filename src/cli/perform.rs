@@ -1,7 +1,7 @@
 //! A character performs a motion or a control, and is measured.
 
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::contact::World;
+use crate::contact::{CourseTerrain, World};
 use crate::control::{
     ControlError, ControlPlayer, Fall, ReconstructedControl, ReferenceTick, apply_initial_state, command_pose, fallen,
     tracking_error,
@@ -9,6 +9,7 @@ use crate::control::{
 use crate::model::{ModelClip, ModelPose, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{InputError, Push};
@@ -181,6 +182,17 @@ pub fn perform(
     world: &World,
     script: &Script,
     options: &PerformOptions,
+    watch: impl FnMut(&mut Simulator<f64>, &ModelPose) -> Result<(), String>,
+) -> Result<PerformanceReport, PerformError> {
+    perform_on(model, &mut CourseTerrain::empty(Arc::new(world.clone())), script, options, watch)
+}
+
+/// [`perform`] on a course, whose solids move meanwhile.
+pub fn perform_on(
+    model: &SharedModel,
+    terrain: &mut CourseTerrain<f64>,
+    script: &Script,
+    options: &PerformOptions,
     mut watch: impl FnMut(&mut Simulator<f64>, &ModelPose) -> Result<(), String>,
 ) -> Result<PerformanceReport, PerformError> {
     let seconds = check(options, script)?;
@@ -225,7 +237,8 @@ pub fn perform(
             push.apply(*link, &mut sim, 1.0 / rate);
         }
         let begin = Instant::now();
-        step(&mut sim, world);
+        step(&mut sim, &*terrain);
+        terrain.advance(1.0 / rate);
         spent += begin.elapsed();
         if !sim.is_sane(0) {
             return Err(PerformError::Diverged { character: model.name.clone(), time: sim.state.time, rate });

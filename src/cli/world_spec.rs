@@ -66,18 +66,23 @@ impl WorldSpec {
 
     /// Solids to draw besides the floor.
     pub fn scenery(&self) -> Vec<Shape> {
-        let solid = |solid: &Solid| match solid.geometry {
-            Geometry::Box { center, half_extents, rotation } => Some(Shape::Box { center, half_extents, rotation }),
-            _ => None,
-        };
         match *self {
             WorldSpec::Slope(degrees) => {
                 let rotation = DQuat::from_rotation_x(degrees.to_radians());
                 let half_extents = DVec3::new(1.5, 0.05, 4.0);
                 vec![Shape::Box { center: rotation * DVec3::Y * -half_extents.y, half_extents, rotation }]
             }
-            _ => self.world().solids.iter().filter_map(solid).collect(),
+            _ => self.world().solids.iter().filter_map(drawn).collect(),
         }
+    }
+}
+
+/// A solid as a shape, if it has an end.
+pub(super) fn drawn(solid: &Solid) -> Option<Shape> {
+    match solid.geometry {
+        Geometry::Box { center, half_extents, rotation } => Some(Shape::Box { center, half_extents, rotation }),
+        Geometry::Rail { center, half, radius } => Some(Shape::Capsule { a: center - half, b: center + half, radius }),
+        _ => None,
     }
 }
 

@@ -140,6 +140,18 @@ impl Geometry {
     }
 }
 
+/// How far down and in from the edges of a box's top its edges reach, m: what the fingers close round.
+pub(crate) const EDGE: f64 = 0.05;
+
+/// Whether a point at or on a box is at an edge of its top; arguments as those of [`box_distance`].
+#[inline]
+pub(crate) fn near_top_edge<R: Real>(from_center: Vec3<R>, half: Vec3<R>, to_world: &Mat3<R>) -> R::Mask {
+    let p = to_world.tr_mul_vec(from_center);
+    let edge = R::splat(-EDGE);
+    let side = (p.x.abs() - half.x).max(p.z.abs() - half.z);
+    edge.lt(p.y - half.y) & edge.lt(side)
+}
+
 /// The point of a level rod's axis that is nearest to a point.
 #[inline]
 pub(crate) fn rail_point<R: Real>(point: Vec3<R>, center: Vec3<R>, along: Vec3<R>, half_length: R) -> Vec3<R> {

@@ -3,6 +3,7 @@
 
 mod blade;
 mod candidate;
+mod course;
 mod detect;
 mod geometry;
 mod material;
@@ -16,6 +17,7 @@ mod world;
 
 pub use blade::{BladeContact, BladeEdge, carve_curvature};
 pub use candidate::{ContactCandidate, ContactGroup};
+pub use course::{CourseLaneError, CourseTerrain};
 pub use detect::detect_contacts;
 pub use geometry::{Column, Geometry, GeometryHit, HeightField, HeightFieldError};
 pub use material::{Material, Surface};

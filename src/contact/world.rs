@@ -1,9 +1,10 @@
 //! Solids that all characters share.
 
+use crate::contact::geometry::near_top_edge;
 use crate::contact::terrain::STEP_UP;
 use crate::contact::{Geometry, SupportHit, Surface, SurfaceHit, Terrain};
-use crate::math::{Real, Vec3};
-use glam::{DQuat, DVec3};
+use crate::math::{Mat3, Real, Vec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// One solid of the world.
 #[derive(Clone, Debug)]
@@ -12,6 +13,8 @@ pub struct Solid {
     pub geometry: Geometry,
     /// Its surface.
     pub surface: Surface,
+    /// The edges of its top can be held on to, if it is a box.
+    pub edge: bool,
     /// Velocity of the solid at `pivot`, world axes, m/s: what stands on it is carried.
     pub linear_velocity: DVec3,
     /// Angular velocity, world axes, rad/s.
@@ -23,7 +26,8 @@ pub struct Solid {
 impl Solid {
     /// A solid at rest.
     pub fn fixed(geometry: Geometry, surface: Surface) -> Self {
-        Self { geometry, surface, linear_velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO, pivot: DVec3::ZERO }
+        let still = DVec3::ZERO;
+        Self { geometry, surface, edge: false, linear_velocity: still, angular_velocity: still, pivot: still }
     }
 
     /// Its surface, as seen from `point` (world frame, m).
@@ -38,7 +42,19 @@ impl Solid {
             velocity: self.velocity(point),
             friction: R::splat(self.surface.friction),
             carves: everywhere(self.surface.material.carves),
-            grippable: everywhere(self.surface.material.grippable),
+            grippable: everywhere(self.surface.material.grippable) | self.at_edge(point),
+        }
+    }
+
+    /// Whether a point is at an edge of its top that can be held on to.
+    #[inline]
+    fn at_edge<R: Real>(&self, point: Vec3<R>) -> R::Mask {
+        match self.geometry {
+            Geometry::Box { center, half_extents, rotation } if self.edge => {
+                let to_world = Mat3::splat(DMat3::from_quat(rotation));
+                near_top_edge(point - Vec3::splat(center), Vec3::splat(half_extents), &to_world)
+            }
+            _ => R::zero().lt(R::zero()),
         }
     }
 
@@ -71,6 +87,7 @@ impl Solid {
         Self {
             geometry: Geometry::Plane { point: pivot, normal: DQuat::from_axis_angle(axis, angle) * DVec3::Y },
             surface,
+            edge: false,
             linear_velocity: DVec3::ZERO,
             angular_velocity: axis * rate,
             pivot,

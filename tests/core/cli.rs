@@ -219,6 +219,43 @@ fn simulate_follows_a_clip_and_writes_trace_and_storyboard() {
 }
 
 #[test]
+fn a_course_is_chosen_by_its_file_and_its_parameters() {
+    let folder = Folder::new("course");
+    let height = root_height("runner") - 0.001;
+    let clip = folder.write("standing.clip.ron", &standing("abdomen", height, 2));
+    let course = |name: &str| format!("{}/assets/courses/{name}.course.ron", env!("CARGO_MANIFEST_DIR"));
+    let (vault, bumps) = (course("vault_box"), course("bumps"));
+    let run = ["simulate", "--character", "runner", "--motion", &clip, "--json"];
+    let plain = done_json(&[&run[..], &["--world", "ground"]].concat());
+    // Far from its box, the course's ground is the ground; on top of its box, nothing is.
+    let far = ["--course", &vault, "--set", "distance=20", "--set", "height=0.45"];
+    let picture = folder.path("out.png");
+    let report = done_json(&[&run[..], &far, &["--storyboard", &picture]].concat());
+    assert_eq!(report["world"], "course:vault_box,seed=0,height=0.45,distance=20,aside=0");
+    assert_eq!(report["fingerprint"], plain["fingerprint"]);
+    let near = done_json(&[&run[..], &["--course", &vault, "--set", "distance=0"]].concat());
+    assert_ne!(near["fingerprint"], plain["fingerprint"]);
+    let rough = done_json(&[&run[..], &["--course", &bumps, "--course-seed", "3"]].concat());
+    assert_eq!(rough["world"], "course:bumps,seed=3,amplitude=0.02");
+    let shown = folder.path("show.png");
+    done(&["show", &clip, "--character", "runner", "--storyboard", &shown, "--course", &vault]);
+    assert_ne!(std::fs::read(&picture).unwrap(), std::fs::read(&shown).unwrap());
+
+    let with = |more: &[&'static str]| [&run[..5], &["--course", &vault], more].concat();
+    refused(&with(&["--set", "height=0.9"]), &["parameter `height`", "0.9", "from 0.4 to 0.6"]);
+    refused(&with(&["--set", "depth=0.9"]), &["`depth` is unknown", "one of height, distance, aside"]);
+    refused(&with(&["--set", "height"]), &["`height`", "NAME=NUMBER"]);
+    refused(&[&run[..5], &["--set", "height=0.5"]].concat(), &["--course"]);
+    refused(&[&run[..5], &["--course", "no/such.course.ron"]].concat(), &["no/such.course.ron", "cannot be read"]);
+    let moving = folder.write(
+        "moving.course.ron",
+        "(name: \"moving\", solids: [Box(ahead: 3, depth: 1, width: 1, height: 1, motion: Cross(by: (1, 0, 0), speed: 1))])",
+    );
+    done(&[&run[..], &["--course", &moving]].concat());
+    refused(&["reconstruct", "--character", "runner", "--clip", &clip, "--course", &moving], &["solids that move"]);
+}
+
+#[test]
 fn simulate_reads_bvh_by_a_map_of_the_users_own() {
     let folder = Folder::new("bvh");
     let bvh = folder.write("own.bvh", BVH);

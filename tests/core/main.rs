@@ -26,6 +26,7 @@ mod character_refusals;
 mod cli;
 mod closed_forms;
 mod cma_es;
+mod courses;
 mod criteria;
 mod crossover_clips;
 mod determinism;

@@ -14,6 +14,7 @@ mod record;
 mod show;
 mod simulate;
 mod train;
+mod world_args;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -4,7 +4,8 @@ use crate::output::{Outcome, bar, complain, say, say_json};
 use crate::simulate::draw;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::cli::{
-    FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, find_key_poses, load_character, perform,
+    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, find_key_poses, load_character,
+    perform,
 };
 use bevy_athlete::control::{MotionRecorder, ReconstructedControl};
 use bevy_athlete::model::{KeyPoses, SharedModel};
@@ -120,7 +121,7 @@ impl Optimize {
         result.control.save(place("control.ron"))?;
         let storyboard = place("storyboard.png");
         let title = format!("{}, {} optimised", model.name, plan.name);
-        draw(&storyboard, &model, frames, world, &title, &outcome.report)?;
+        draw(&storyboard, &model, frames, &ChosenWorld::named(world), &title, &outcome.report)?;
         // A missing checkpoint is what is wanted.
         let _ = std::fs::remove_file(&saved);
 

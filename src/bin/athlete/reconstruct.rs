@@ -3,7 +3,8 @@
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::{Record, check_place};
 use crate::simulate::draw;
-use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, WorldSpec, load_character, load_motion, perform};
+use crate::world_args::WorldArgs;
+use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, load_character, load_motion, perform};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructOptions, reconstruct};
 use clap::Args;
@@ -25,9 +26,8 @@ pub struct Reconstruct {
     /// Motion to follow: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long)]
     clip: PathBuf,
-    /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default ice for a character with blades, else ground
-    #[arg(long)]
-    world: Option<WorldSpec>,
+    #[command(flatten)]
+    world: WorldArgs,
     /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
     #[arg(long)]
     map: Option<PathBuf>,
@@ -84,6 +84,7 @@ impl Reconstruct {
             return Err(format!("--cycles {}: valid is 1 to 10000", self.cycles).into());
         }
         let model = load_character(&self.character)?;
+        let world = self.world.choose(&model, None)?;
         let mut clip = load_motion(&self.clip, self.map.as_deref(), &model)?;
         if self.cycles > 1 {
             clip = clip.repeated_straight(self.cycles, SEAM)?;
@@ -99,7 +100,13 @@ impl Reconstruct {
             check_place("--out", path)?;
         }
         let mut recorder = self.record.recorder(clip.duration())?;
-        let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
+        if world.moves() {
+            return Err(
+                "--course: it has solids that move; valid: a course that stands still, since windows are searched anew"
+                    .into(),
+            );
+        }
+        let solids = world.world()?;
         let options = ReconstructOptions {
             samples: self.samples,
             keep: self.keep,
@@ -121,7 +128,7 @@ impl Reconstruct {
 
         let bar = bar(1, "reconstruct");
         let begin = Instant::now();
-        let found = reconstruct(&model, &world.world(), &world.to_string(), &clip, &options, |news| {
+        let found = reconstruct(&model, &solids, &world.to_string(), &clip, &options, |news| {
             bar.set_length(news.windows as u64);
             bar.set_position(news.window as u64 + 1);
             bar.set_message(format!(
@@ -149,7 +156,7 @@ impl Reconstruct {
             pushes: vec![],
         };
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(script.seconds(), true));
-        let report = perform(&model, &world.world(), &script, &replay, |sim, reference| {
+        let report = perform(&model, &solids, &script, &replay, |sim, reference| {
             if let Some(recorder) = &mut recorder {
                 recorder.look(sim);
             }
@@ -160,7 +167,7 @@ impl Reconstruct {
         })?;
         self.record.save(recorder, &model)?;
         if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
-            draw(path, &model, frames, world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
+            draw(path, &model, frames, &world, &format!("{}, {} reconstructed", model.name, clip.name), &report)?;
         }
 
         let asked = options.tolerance;

@@ -3,6 +3,7 @@
 use crate::output::{Outcome, say, say_json};
 use crate::record::check_place;
 use crate::simulate::in_file;
+use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{WorldSpec, clip_frames, key_pose_frames, load_character, load_motion};
 use bevy_athlete::model::KeyPoses;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardFrame, StoryboardOptions};
@@ -42,6 +43,8 @@ pub struct Show {
     /// Where the camera stands, degrees: 0 at the side, the figure facing right; 90 in front; -90 behind
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     azimuth: f64,
+    #[command(flatten)]
+    world: WorldArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -69,6 +72,7 @@ impl Show {
         let asked = self.figures.unwrap_or(if keys.is_some() { MOST } else { 8 });
         let figures = asked.min(frames.len());
 
+        let world = self.world.choose(&model, None)?;
         let columns = figures.min(COLUMNS);
         let rows = figures.div_ceil(columns) as u32;
         let path_band = way(&frames) > WAY;
@@ -78,7 +82,8 @@ impl Show {
             frames: figures,
             columns,
             azimuth: self.azimuth.to_radians(),
-            ground: if WorldSpec::default_for(&model) == WorldSpec::Ice { Ground::Ice } else { Ground::Floor },
+            ground: if world.spec() == WorldSpec::Ice { Ground::Ice } else { Ground::Floor },
+            scenery: world.scenery(),
             path_band,
             title: format!("{}, {}", model.name, clip.name),
             ..Default::default()

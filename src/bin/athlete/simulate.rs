@@ -2,8 +2,10 @@
 
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
+use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{
-    FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character, load_motion, perform,
+    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character,
+    load_motion, perform_on,
 };
 use bevy_athlete::control::ReconstructedControl;
 use bevy_athlete::model::SharedModel;
@@ -24,10 +26,8 @@ pub struct Simulate {
     /// it may be left out
     #[arg(long)]
     character: Option<String>,
-    /// ice, ground, empty, stairs, sphere or slope:DEGREES; by default that of the control, else ice for a character with
-    /// blades and ground for others
-    #[arg(long)]
-    world: Option<WorldSpec>,
+    #[command(flatten)]
+    world: WorldArgs,
     /// Motion to follow by plain stable PD: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long, group = "script")]
     motion: Option<PathBuf>,
@@ -71,11 +71,10 @@ pub struct Simulate {
 impl Simulate {
     pub fn run(&self) -> Outcome {
         let (model, script, made_in) = self.script()?;
-        let world = match (self.world, made_in) {
-            (Some(world), _) => world,
-            (None, Some(made_in)) => made_in,
-            (None, None) => WorldSpec::default_for(&model),
-        };
+        let world = self.world.choose(&model, made_in.as_deref()).map_err(|error| match &self.control {
+            Some(path) if made_in.is_some() => in_file(path, &error),
+            _ => error.to_string(),
+        })?;
         let mut settings = SimulationSettings::of(&model);
         if let Script::Control(control) = &script {
             settings.rate = control.rate;
@@ -94,7 +93,7 @@ impl Simulate {
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(seconds, true));
         let bar = bar((seconds * settings.rate).max(0.0) as u64, "simulate");
         let (mut started, mut steps) = (false, 0_u64);
-        let report = perform(&model, &world.world(), &script, &options, |sim, reference| {
+        let report = perform_on(&model, &mut world.terrain(), &script, &options, |sim, reference| {
             let failed = |path: &Path, error: std::io::Error| format!("cannot write {}: {error}", path.display());
             if let Some(path) = &self.trace {
                 if started {
@@ -126,19 +125,19 @@ impl Simulate {
         self.record.save(recorder, &model)?;
         if let (Some(frames), Some(path)) = (frames, &self.storyboard) {
             let title = format!("{}, {}", model.name, script.clip().name);
-            draw(path, &model, frames, world, &title, &report)?;
+            draw(path, &model, frames, &world, &title, &report)?;
         }
-        self.print(&model, world, &script, &options, &report, build)?;
+        self.print(&model, &world, &script, &options, &report, build)?;
         Ok(ExitCode::SUCCESS)
     }
 
     /// The character, what it performs, and the world that was made for.
-    fn script(&self) -> Result<(SharedModel, Script, Option<WorldSpec>), Box<dyn Error>> {
+    fn script(&self) -> Result<(SharedModel, Script, Option<String>), Box<dyn Error>> {
         if let Some(path) = &self.control {
             let control = ReconstructedControl::load(path).map_err(|error| in_file(path, &error))?;
             let model = load_character(self.character.as_deref().unwrap_or(&control.character))?;
             control.check_for(&model).map_err(|error| in_file(path, &error))?;
-            let world = control.world.parse().map_err(|error| in_file(path, &error))?;
+            let world = control.world.clone();
             return Ok((model, Script::Control(Box::new(control)), Some(world)));
         }
         let Some(path) = &self.motion else { return Err("give --motion FILE or --control FILE".into()) };
@@ -156,7 +155,7 @@ impl Simulate {
     fn print(
         &self,
         model: &SharedModel,
-        world: WorldSpec,
+        world: &ChosenWorld,
         script: &Script,
         options: &PerformOptions,
         report: &PerformanceReport,
@@ -184,7 +183,7 @@ impl Simulate {
         say(&format!("{} on {world}, {how} {}, {} steps/s", model.name, script.clip().name, options.settings.rate))?;
         let written = [("trace", &self.trace), ("record", self.record.path()), ("storyboard", &self.storyboard)];
         say_report(report, &written)?;
-        if world == WorldSpec::Empty && report.fell_at.is_some() {
+        if world.course().is_none() && world.spec() == WorldSpec::Empty && report.fell_at.is_some() {
             complain("note: the world is empty, so everything falls");
         }
         Ok(())
@@ -202,7 +201,7 @@ pub fn draw(
     path: &Path,
     model: &SharedModel,
     mut frames: FrameRecorder,
-    world: WorldSpec,
+    world: &ChosenWorld,
     title: &str,
     report: &PerformanceReport,
 ) -> Result<(), Box<dyn Error>> {
@@ -210,7 +209,7 @@ pub fn draw(
         frames.caption_from(time, "fallen");
     }
     let options = StoryboardOptions {
-        ground: if world == WorldSpec::Ice { Ground::Ice } else { Ground::Floor },
+        ground: if world.spec() == WorldSpec::Ice { Ground::Ice } else { Ground::Floor },
         scenery: world.scenery(),
         title: title.to_owned(),
         ..Default::default()
