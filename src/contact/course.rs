@@ -13,7 +13,7 @@ use ground::LaneGround;
 use lane_solid::{Bounds, LaneSolid};
 use std::sync::Arc;
 
-/// Solids whose bounds are looked at together.
+/// Solids whose bounds are looked at together, and blocks of them.
 const BLOCK: usize = 8;
 
 /// Why a course was not put into a lane.
@@ -47,8 +47,8 @@ pub enum CourseLaneError {
 /// All lanes have the same kinds of solids in the same order, each with numbers of its own; an instance is put into a lane
 /// without allocation. Where a solid that moves is follows from the lane's time alone, so a snapshot needs the time.
 ///
-/// A point is asked for only by what may be near it: solids lie in blocks of eight with common bounds. Without a course it is the
-/// shared world.
+/// Only what may be near a point is asked: solids lie in blocks of eight with common bounds, and blocks in regions of eight.
+/// Without a course it is the shared world.
 #[derive(Clone, Debug)]
 pub struct CourseTerrain<R: Real> {
     world: Arc<World>,
@@ -56,6 +56,8 @@ pub struct CourseTerrain<R: Real> {
     solids: Vec<LaneSolid<R>>,
     /// Bounds of eight solids each.
     blocks: Vec<Bounds<R>>,
+    /// Bounds of eight blocks each.
+    regions: Vec<Bounds<R>>,
     /// Which solids move in any lane, ascending.
     moving: Vec<usize>,
     /// By lane, s.
@@ -76,6 +78,7 @@ impl<R: Real> CourseTerrain<R> {
             ground: LaneGround::new(instance),
             solids: instance.solids.iter().map(LaneSolid::new).collect(),
             blocks: vec![Bounds::nothing(); instance.solids.len().div_ceil(BLOCK)],
+            regions: vec![Bounds::nothing(); instance.solids.len().div_ceil(BLOCK * BLOCK)],
             moving: Vec::with_capacity(instance.solids.len()),
             times: vec![0.0; R::LANES],
         };
@@ -121,7 +124,6 @@ impl<R: Real> CourseTerrain<R> {
     fn find_moving(&mut self) {
         self.moving.clear();
         self.moving.extend((0..self.solids.len()).filter(|&k| self.solids[k].moves()));
-        (0..self.blocks.len()).for_each(|block| self.bound(block));
     }
 
     /// Time of a lane, s.
@@ -135,25 +137,19 @@ impl<R: Real> CourseTerrain<R> {
         for solid in &mut self.solids {
             solid.place(lane, time);
         }
-        (0..self.blocks.len()).for_each(|block| self.bound(block));
+        self.bound();
     }
 
     /// All lanes go on by `h` (s).
     pub fn advance(&mut self, h: f64) {
         self.times.iter_mut().for_each(|t| *t += h);
-        let mut last = usize::MAX;
-        for at in 0..self.moving.len() {
-            let k = self.moving[at];
-            for lane in 0..R::LANES {
-                self.solids[k].place(lane, self.times[lane]);
+        for &k in &self.moving {
+            for (lane, time) in self.times.iter().enumerate() {
+                self.solids[k].place(lane, *time);
             }
-            if last != usize::MAX && last != k / BLOCK {
-                self.bound(last);
-            }
-            last = k / BLOCK;
         }
-        if last != usize::MAX {
-            self.bound(last);
+        if !self.moving.is_empty() {
+            self.bound();
         }
     }
 
@@ -162,16 +158,36 @@ impl<R: Real> CourseTerrain<R> {
         !self.moving.is_empty()
     }
 
-    fn bound(&mut self, block: usize) {
-        let own = &self.solids[block * BLOCK..self.solids.len().min((block + 1) * BLOCK)];
-        self.blocks[block] = Bounds::around(own);
+    /// Bounds of blocks and regions, from those of the solids.
+    fn bound(&mut self) {
+        for (bounds, solids) in self.blocks.iter_mut().zip(self.solids.chunks(BLOCK)) {
+            *bounds = Bounds::around(solids.iter().map(|s| &s.bounds));
+        }
+        for (bounds, blocks) in self.regions.iter_mut().zip(self.blocks.chunks(BLOCK)) {
+            *bounds = Bounds::around(blocks.iter());
+        }
     }
 
-    /// The solids that may matter, by their bounds.
-    #[inline]
-    fn near<'a>(&'a self, may: impl Fn(&Bounds<R>) -> bool + Copy + 'a) -> impl Iterator<Item = &'a LaneSolid<R>> {
-        let blocks = self.blocks.iter().zip(self.solids.chunks(BLOCK)).filter(move |(bounds, _)| may(bounds));
-        blocks.flat_map(|(_, solids)| solids).filter(move |s| may(&s.bounds))
+    /// Shows a state to solid after solid, past all whose bounds are not worth a look.
+    #[inline(always)]
+    fn each<S>(
+        &self,
+        state: &mut S,
+        worth: impl Fn(&S, &Bounds<R>) -> bool,
+        mut look: impl FnMut(&mut S, &LaneSolid<R>),
+    ) {
+        let regions = self.blocks.chunks(BLOCK).zip(self.solids.chunks(BLOCK * BLOCK));
+        for (region, (blocks, solids)) in self.regions.iter().zip(regions) {
+            // Few solids need no region.
+            if self.regions.len() > 1 && !worth(state, region) {
+                continue;
+            }
+            for (block, solids) in blocks.iter().zip(solids.chunks(BLOCK)) {
+                if worth(state, block) {
+                    solids.iter().for_each(|solid| look(state, solid));
+                }
+            }
+        }
     }
 }
 
@@ -182,19 +198,15 @@ impl<R: Real> Terrain<R> for CourseTerrain<R> {
         if let Some(hit) = self.ground.query(point) {
             best = best.replaced(hit.distance.lt(best.distance), &hit);
         }
-        for (bounds, solids) in self.blocks.iter().zip(self.solids.chunks(BLOCK)) {
-            if !R::any(bounds.gap(point).lt(best.distance)) {
-                continue;
+        let worth = |best: &SurfaceHit<R>, bounds: &Bounds<R>| R::any(bounds.gap(point).lt(best.distance));
+        self.each(&mut best, worth, |best, solid| {
+            // A lane that its bounds rule out stays out, whatever its neighbours need.
+            let may = solid.bounds.gap(point).lt(best.distance);
+            if R::any(may) {
+                let hit = solid.query(point);
+                *best = best.replaced(may & hit.distance.lt(best.distance), &hit);
             }
-            for solid in solids {
-                // A lane that its bounds rule out stays out, whatever its neighbours need.
-                let may = solid.bounds.gap(point).lt(best.distance);
-                if R::any(may) {
-                    let hit = solid.query(point);
-                    best = best.replaced(may & hit.distance.lt(best.distance), &hit);
-                }
-            }
-        }
+        });
         best
     }
 
@@ -205,17 +217,13 @@ impl<R: Real> Terrain<R> for CourseTerrain<R> {
         let mut nearest =
             if self.world.solids.is_empty() { R::splat(1e9) } else { Terrain::<R>::clearance(&*self.world, point) };
         nearest = self.ground.clearance(point).map_or(nearest, |own| own.min(nearest));
-        for (bounds, solids) in self.blocks.iter().zip(self.solids.chunks(BLOCK)) {
-            if !R::any(bounds.gap(point).lt(nearest)) {
-                continue;
-            }
-            for solid in solids {
-                let gap = solid.bounds.gap(point);
-                let close = gap.lt(R::splat(NEAR)) & gap.lt(nearest);
-                let own = if R::any(close) { R::select(close, solid.distance(point), gap) } else { gap };
-                nearest = nearest.min(own);
-            }
-        }
+        let worth = |nearest: &R, bounds: &Bounds<R>| R::any(bounds.gap(point).lt(*nearest));
+        self.each(&mut nearest, worth, |nearest, solid| {
+            let gap = solid.bounds.gap(point);
+            let close = gap.lt(R::splat(NEAR)) & gap.lt(*nearest);
+            let own = if R::any(close) { R::select(close, solid.distance(point), gap) } else { gap };
+            *nearest = nearest.min(own);
+        });
         nearest
     }
 
@@ -226,9 +234,8 @@ impl<R: Real> Terrain<R> for CourseTerrain<R> {
             best = best.higher(&hit);
         }
         let reached = point.y + R::splat(STEP_UP);
-        for solid in self.near(|bounds| R::any(bounds.under(point, reached))) {
-            best = best.higher(&solid.height(point, reached));
-        }
+        let worth = |_: &SupportHit<R>, bounds: &Bounds<R>| R::any(bounds.under(point, reached));
+        self.each(&mut best, worth, |best, solid| *best = best.higher(&solid.height(point, reached)));
         best
     }
 }

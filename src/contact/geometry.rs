@@ -111,6 +111,20 @@ impl Geometry {
         }
     }
 
+    /// A lower bound of the distance that costs little, m: of what has an end, by the ball round it.
+    #[inline]
+    pub(crate) fn at_least<R: Real>(&self, point: Vec3<R>) -> R {
+        let (center, radius) = match self {
+            Geometry::Box { center, half_extents, .. } => (*center, half_extents.length()),
+            Geometry::Sphere { center, radius } => (*center, *radius),
+            Geometry::Rail { center, half, radius } => (*center, half.length() + radius),
+            Geometry::Plane { .. } | Geometry::Strip { .. } | Geometry::HeightField(_) => return R::splat(-1e9),
+        };
+        let d = point - Vec3::splat(center);
+        // Rounding may not make it more than the distance.
+        d.x.abs().max(d.y.abs()).max(d.z.abs()) - R::splat(radius + 1e-4)
+    }
+
     /// The part of the vertical line through `point` (world frame, m) that lies inside.
     #[inline]
     pub fn column<R: Real>(&self, point: Vec3<R>) -> Column<R> {

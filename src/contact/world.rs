@@ -148,8 +148,12 @@ impl<R: Real> Terrain<R> for World {
         }
         let mut best = SurfaceHit::nothing();
         for solid in &self.solids {
-            let hit = solid.query(point);
-            best = best.replaced(hit.distance.lt(best.distance), &hit);
+            // A lane in which it is too far off stays out, whatever its neighbours need.
+            let may = solid.geometry.at_least(point).lt(best.distance);
+            if R::any(may) {
+                let hit = solid.query(point);
+                best = best.replaced(may & hit.distance.lt(best.distance), &hit);
+            }
         }
         best
     }
@@ -159,8 +163,13 @@ impl<R: Real> Terrain<R> for World {
         if let [solid] = self.solids.as_slice() {
             return solid.geometry.clearance(point);
         }
-        let far = R::splat(1e9);
-        self.solids.iter().fold(far, |nearest, solid| solid.geometry.clearance(point).min(nearest))
+        self.solids.iter().fold(R::splat(1e9), |nearest, solid| {
+            let may = solid.geometry.at_least(point).lt(nearest);
+            if !R::any(may) {
+                return nearest;
+            }
+            R::select(may, solid.geometry.clearance(point).min(nearest), nearest)
+        })
     }
 
     #[inline]

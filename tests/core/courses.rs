@@ -310,6 +310,25 @@ fn a_lane_answers_like_a_world_of_its_own() {
 }
 
 #[test]
+fn a_long_course_leaves_nothing_out() {
+    // More than one region of blocks; boxes across, beside and above each other, some that move.
+    let mut text =
+        "(name: \"long\", parameters: [(name: \"a\", range: (0.3, 0.9))], ground: (friction: 0.7), solids: ["
+            .to_owned();
+    for k in 0..150 {
+        let (ahead, right, up) =
+            (f64::from(k % 50) * 0.45 - 2.0, f64::from(k % 7) * 0.5 - 1.5, f64::from(k / 50) * 0.8);
+        let motion = if k % 11 == 0 { ", motion: Cross(by: (0, 0, \"3 * a\"), speed: 1)" } else { "" };
+        text += &format!(
+            "Box(ahead: {ahead}, right: {right}, up: {up}, yaw: {k}, depth: 0.3, width: \"a\", height: 0.4{motion}),"
+        );
+    }
+    let course = Course::parse("long", (text + "])").as_bytes()).expect("a course");
+    lanes_answer_like_worlds::<F64x4>(&course, &World::empty(), 1e-12);
+    lanes_answer_like_worlds::<F32x8Fused>(&course, &World::empty(), 2e-5);
+}
+
+#[test]
 fn neighbours_change_no_bits() {
     let course = full();
     let mut random = RandomStream::new(4, 17);

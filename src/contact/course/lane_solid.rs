@@ -19,11 +19,11 @@ impl<R: Real> Bounds<R> {
         Self { center: Vec3::splat(DVec3::splat(1e9)), half: Vec3::zero() }
     }
 
-    /// Round several solids.
-    pub fn around(solids: &[LaneSolid<R>]) -> Self {
-        let Some((first, rest)) = solids.split_first() else { return Self::nothing() };
-        let (mut low, mut high) = (first.bounds.center - first.bounds.half, first.bounds.center + first.bounds.half);
-        for bounds in rest.iter().map(|s| &s.bounds) {
+    /// Round several others.
+    pub fn around<'a>(mut others: impl Iterator<Item = &'a Self>) -> Self {
+        let Some(first) = others.next() else { return Self::nothing() };
+        let (mut low, mut high) = (first.center - first.half, first.center + first.half);
+        for bounds in others {
             let (a, b) = (bounds.center - bounds.half, bounds.center + bounds.half);
             low = Vec3::new(low.x.min(a.x), low.y.min(a.y), low.z.min(a.z));
             high = Vec3::new(high.x.max(b.x), high.y.max(b.y), high.z.max(b.z));
