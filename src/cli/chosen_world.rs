@@ -4,6 +4,7 @@ use super::world_spec::{WorldSpec, drawn};
 use crate::asset::{Course, CourseError, CourseInstance};
 use crate::contact::{CourseTerrain, HeightFieldError, World};
 use crate::model::{CharacterModel, Shape};
+use glam::{DQuat, DVec3};
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -170,10 +171,17 @@ impl ChosenWorld {
         }
     }
 
-    /// Solids to draw besides the floor.
+    /// Solids to draw besides the floor. Gaps are marked on it; bumps are too low to be seen.
     pub fn scenery(&self) -> Vec<Shape> {
+        /// Half of a mark's width and thickness, m.
+        const MARK: (f64, f64) = (1.0, 0.002);
         let mut shapes = self.spec.scenery();
         if let Some(c) = &self.course {
+            shapes.extend(c.instance.gaps.iter().map(|(near, far)| Shape::Box {
+                center: DVec3::new(0.0, 0.0, 0.5 * (near + far)),
+                half_extents: DVec3::new(MARK.0, MARK.1, 0.5 * (near - far)),
+                rotation: DQuat::IDENTITY,
+            }));
             shapes.extend(World::course_solids(&c.instance, 0.0).iter().flatten().filter_map(drawn));
         }
         shapes

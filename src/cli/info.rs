@@ -1,6 +1,6 @@
 //! A character as a table.
 
-use crate::model::{CharacterModel, ContactKind, JointKind, Shape};
+use crate::model::{CharacterModel, ContactKind, FootKind, JointKind, PointRole, Shape, Side};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -46,6 +46,23 @@ pub struct PointRow {
     pub friction: f64,
     /// `point` or `blade`.
     pub kind: &'static str,
+    /// `foot`, `hand` or `body`.
+    pub role: &'static str,
+}
+
+/// A foot, as the file says or as it was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FootRow {
+    /// `left` or `right`; `None` for a foot in the middle.
+    pub side: Option<&'static str>,
+    /// Name of the blade it stands with; `None` for a sole.
+    pub blade: Option<String>,
+    /// Names of its links.
+    pub links: Vec<String>,
+    /// Name of the contact point at its front.
+    pub toe: String,
+    /// Name of the contact point at its rear.
+    pub heel: String,
 }
 
 /// A character in numbers.
@@ -67,6 +84,10 @@ pub struct CharacterTable {
     pub links: Vec<LinkRow>,
     /// Contact points.
     pub contact_points: Vec<PointRow>,
+    /// Feet.
+    pub feet: Vec<FootRow>,
+    /// Name of the link that carries head and arms.
+    pub trunk: String,
     /// Names of the blades.
     pub blades: Vec<String>,
     /// Names of the grips.
@@ -117,6 +138,21 @@ pub fn character_table(model: &CharacterModel) -> CharacterTable {
         radius: point.radius,
         friction: point.friction,
         kind: if point.kind == ContactKind::Point { "point" } else { "blade" },
+        role: match point.role {
+            PointRole::Foot => "foot",
+            PointRole::Hand => "hand",
+            PointRole::Body => "body",
+        },
+    });
+    let feet = model.feet().iter().map(|foot| FootRow {
+        side: foot.side.map(Side::name),
+        blade: match foot.kind {
+            FootKind::Blade(blade) => Some(model.blades[blade].name.clone()),
+            FootKind::Sole => None,
+        },
+        links: foot.links.iter().map(|&l| model.links[l].name.clone()).collect(),
+        toe: model.contact_points[foot.toe].name.clone(),
+        heel: model.contact_points[foot.heel].name.clone(),
     });
     let tops = model.links.iter().zip(&places).flat_map(|(l, p)| l.shapes.iter().map(move |s| p.y + top(s)));
     CharacterTable {
@@ -128,6 +164,8 @@ pub fn character_table(model: &CharacterModel) -> CharacterTable {
         step_rate: model.step_rate,
         links: links.collect(),
         contact_points: points.collect(),
+        feet: feet.collect(),
+        trunk: model.links[model.trunk()].name.clone(),
         blades: model.blades.iter().map(|b| b.name.clone()).collect(),
         grips: model.grips.iter().map(|g| g.name.clone()).collect(),
         collision_pairs: model.collision_pairs.len(),

@@ -33,7 +33,7 @@ mod world_spec;
 pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError};
 pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
-pub use info::{CharacterTable, LinkRow, PointRow, character_table};
+pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};
 pub use input::{load_character, load_motion};
 pub use input_error::InputError;
 pub use motion_frames::{clip_frames, key_pose_frames};

@@ -122,6 +122,12 @@ fn info_shows_a_character_as_table_and_json() {
     let height = runner["height"].as_f64().unwrap();
     assert!((height - 1.7).abs() < 0.01, "{height}");
 
+    // What the file says of its feet, or what was found.
+    assert!(table.contains("foot, left: blade left; foot_left; toe blade_left_toe") && table.contains("trunk: spine"));
+    assert_eq!((&runner["feet"][1]["side"], &runner["trunk"]), (&json!("right"), &json!("chest")));
+    let roles = runner["contact_points"].as_array().unwrap().iter().filter(|p| p["role"] == "hand").count();
+    assert_eq!(roles, 2);
+
     refused(&["info", "--character", "skatr"], &["skatr", "skater, foot_human"]);
     let folder = Folder::new("info");
     let file = folder.write("bad.character.ron", "(name: \"x\", step_rate: fast)");

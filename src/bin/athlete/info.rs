@@ -53,11 +53,17 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
     let names = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     writeln!(
         out,
-        "blades: {}; grips: {}; pairs of links that may collide: {}\n",
+        "blades: {}; grips: {}; pairs of links that may collide: {}",
         names(&table.blades),
         names(&table.grips),
         table.collision_pairs
     )?;
+    for foot in &table.feet {
+        let stands = foot.blade.as_ref().map_or("sole".to_owned(), |blade| format!("blade {blade}"));
+        let (side, links) = (foot.side.unwrap_or("middle"), foot.links.join(", "));
+        writeln!(out, "foot, {side}: {stands}; {links}; toe {}, heel {}", foot.toe, foot.heel)?;
+    }
+    writeln!(out, "trunk: {}\n", table.trunk)?;
     writeln!(
         out,
         "{:<26} {:<26} {:<5} {:>3} {:>9} {:>23} {:>7} {:>6} {:>7} {:>6}  limits x, y, z (degrees)",
@@ -85,17 +91,18 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
     }
     writeln!(
         out,
-        "\n{:<26} {:<26} {:<5} {:>26} {:>8} {:>8}",
-        "contact point", "link", "kind", "at x, y, z (m)", "radius", "friction"
+        "\n{:<26} {:<26} {:<5} {:<4} {:>26} {:>8} {:>8}",
+        "contact point", "link", "kind", "role", "at x, y, z (m)", "radius", "friction"
     )?;
     for point in &table.contact_points {
         let [x, y, z] = point.position;
         writeln!(
             out,
-            "{:<26} {:<26} {:<5} {:>26} {:>8.4} {:>8}",
+            "{:<26} {:<26} {:<5} {:<4} {:>26} {:>8.4} {:>8}",
             point.name,
             point.link,
             point.kind,
+            point.role,
             format!("{x:.4} {y:.4} {z:.4}"),
             point.radius,
             point.friction
