@@ -7,7 +7,7 @@ use bevy_athlete::control::Policy;
 use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
-use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, robustness_card};
+use bevy_athlete::train::ppo::{Actor, Environment, EpisodeStatus, SkillTask, StartSampler, robustness_card};
 use clap::Args;
 use serde_json::json;
 use std::fs::File;
@@ -209,11 +209,11 @@ fn show_trial(
     task.skill.episode.start = Some((0.0, 0.0));
     let (size, seconds) = (task.layout.size(), task.motion.duration().min(task.skill.episode.seconds));
     let task = Arc::new(task);
-    let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+    let starts = StartSampler::uniform(task.motion.last(), task.motion.cycle().is_some());
     let mut trial = Environment::<f64>::new(task.clone(), seed, 0, &starts);
     let (mut seen, mut scratch) = (vec![0.0; size], Vec::new());
     let mut frames = FrameRecorder::new(seconds, true);
-    let mut ending = Ending::GoesOn;
+    let mut status = EpisodeStatus::Running;
     let mut writer = match trace {
         None => None,
         Some(path) => {
@@ -223,7 +223,7 @@ fn show_trial(
     };
     let mut failed = None;
     frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
-    while ending == Ending::GoesOn {
+    while status == EpisodeStatus::Running {
         trial.observe(&mut seen);
         let action = Actor::act(policy, &mut scratch, &mut seen, 1);
         let outcomes = trial.tick_with(action, |sim, _| {
@@ -231,14 +231,14 @@ fn show_trial(
                 failed = failed.take().or(writer.record(sim).err());
             }
         });
-        ending = outcomes[0].ending;
+        status = outcomes[0].status;
         frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
     }
     if let (Some(path), Some(error)) = (trace, failed) {
         return Err(at(path, error).into());
     }
     let Some(path) = storyboard else { return Ok(()) };
-    if ending == Ending::Failed {
+    if status == EpisodeStatus::Terminated {
         frames.caption_from(trial.sim.state.time, "failed");
     }
     let options = StoryboardOptions {

@@ -66,27 +66,27 @@ pub struct Train {
     #[arg(long)]
     evaluate_every: Option<usize>,
     /// Standard deviation of the exploration at the start and in the end, in units of the action
-    #[arg(long)]
-    sigma: Option<String>,
+    #[arg(long, alias = "sigma", value_name = "FIRST,LAST")]
+    action_std: Option<String>,
     /// How strongly actions are drawn to those before and after them; 0 not at all [default: 0.1]
     #[arg(long)]
     smoothness: Option<f32>,
     /// Iterations over which the measured policy is a running mean; 1 for the actor as it is [default: 20]
     #[arg(long)]
     average: Option<usize>,
-    /// Pods of 64 trials that are played side by side [default: 4]
-    #[arg(long)]
-    pods: Option<usize>,
-    /// Part of the trials that begin evenly over the motion and its speeds, not where trials fail [default: 0.4]
-    #[arg(long)]
-    even_starts: Option<f64>,
-    /// Part of the trials that begin as one began that failed, soon where the motion repeats, once the motion can be done
+    /// Batches of 64 episodes that are played side by side [default: 4]
+    #[arg(long, alias = "pods", value_name = "NUMBER")]
+    env_batches: Option<usize>,
+    /// Part of the episodes that begin uniformly over the motion and its speeds, not where episodes fail [default: 0.4]
+    #[arg(long, alias = "even-starts", value_name = "SHARE")]
+    uniform_share: Option<f64>,
+    /// Part of the episodes that begin as one began that failed, soon where the motion repeats, once the motion can be done
     /// [default: 0.25]
-    #[arg(long)]
-    hard_starts: Option<f64>,
-    /// Divergence at which an iteration's update stops [default: 0.06]
-    #[arg(long)]
-    divergence: Option<f32>,
+    #[arg(long, alias = "hard-starts", value_name = "SHARE")]
+    replay_share: Option<f64>,
+    /// Kullback-Leibler divergence at which an iteration's update stops [default: 0.06]
+    #[arg(long, alias = "divergence")]
+    kl: Option<f32>,
     /// Discount of a decision, 0 to 1: how far ahead the policy looks [default: 0.97]
     #[arg(long)]
     discount: Option<f32>,
@@ -145,14 +145,14 @@ impl Train {
         put(self.evaluate_every, &mut options.evaluate_every);
         put(self.smoothness, &mut options.smoothness);
         put(self.average, &mut options.average);
-        put(self.pods, &mut options.pods);
-        put(self.divergence, &mut options.divergence);
+        put(self.env_batches, &mut options.env_batches);
+        put(self.kl, &mut options.kl);
         put(self.discount, &mut options.gamma);
-        put(self.even_starts, &mut options.even_starts);
-        put(self.hard_starts, &mut options.hard_starts);
-        if let Some(text) = &self.sigma {
-            let (first, last) = pair(text, "--sigma")?;
-            options.sigma = (first as f32, last as f32);
+        put(self.uniform_share, &mut options.uniform_share);
+        put(self.replay_share, &mut options.replay_share);
+        if let Some(text) = &self.action_std {
+            let (first, last) = pair(text, "--action-std")?;
+            options.action_std = (first as f32, last as f32);
         }
         Ok(())
     }
@@ -193,9 +193,9 @@ impl Train {
         } else if let Some(policy) = &self.from {
             let (layers, contract) = load_layers(policy)?;
             let mut options = self.options()?;
-            if self.sigma.is_none() {
+            if self.action_std.is_none() {
                 // It has been explored before.
-                options.sigma.0 = options.sigma.1;
+                options.action_std.0 = options.action_std.1;
             }
             Trainer::from_policy(task, options, &layers, &contract)?
         } else {
@@ -277,7 +277,7 @@ impl Train {
 
 fn line(news: &Iteration) -> String {
     format!(
-        "{:.0} samples/s, reward {:.3}, trials of {:.2} s, {:.0} % fail",
+        "{:.0} samples/s, reward {:.3}, episodes of {:.2} s, {:.0} % fail",
         news.samples as f64 / news.seconds.max(1e-9),
         news.reward,
         news.length,
@@ -326,11 +326,11 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
             ],
         },
         Chart {
-            title: "divergence of the update".into(),
+            title: "kl of the update".into(),
             x_label: "seconds".into(),
             low: 0.0,
             high: 0.08,
-            curves: vec![curve("divergence", &|i| f64::from(i.divergence))],
+            curves: vec![curve("kl", &|i| f64::from(i.kl))],
         },
     ];
     write_whole(&out.join("curve.png"), &charts_png(&charts, 900, 320)?)

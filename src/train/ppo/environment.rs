@@ -11,15 +11,22 @@ use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// How a tick ended for one lane.
+/// Whether a lane's episode goes on after a tick, and why not.
+///
+/// The difference is in what the last state is worth (Pardo, Tavakoli, Levdik, Kormushev 2018, "Time Limits in Reinforcement
+/// Learning", equation 6). After *terminated* nothing follows: the episode's value ends with its last reward. *Truncated* is
+/// what was cut from outside; the last state is worth what the critic says of it.
+///
+/// The end of a motion truncates. It is the reference that is over, not the athlete: a game goes on from there with another
+/// skill. A value of nothing would make a good ending worth as little as a fall, and the last second free to fall in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// The trial goes on.
-    GoesOn,
-    /// The character fell or strayed too far.
-    Failed,
-    /// The time is up.
-    TimeUp,
+pub enum EpisodeStatus {
+    /// The episode goes on.
+    Running,
+    /// The character fell, strayed too far, or missed what the whole motion has to show.
+    Terminated,
+    /// The time is up, or the motion is over.
+    Truncated,
 }
 
 /// What a tick brought one lane.
@@ -27,18 +34,18 @@ pub enum Ending {
 pub struct Outcome {
     /// In [0, 1] less the effort.
     pub reward: f64,
-    /// How it ended.
-    pub ending: Ending,
+    /// Whether the episode goes on.
+    pub status: EpisodeStatus,
 }
 
-/// What an ended trial was.
+/// What an ended episode was.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial {
+pub struct Episode {
     /// Length, ticks.
     pub ticks: usize,
     /// Sum of rewards.
     pub reward: f64,
-    /// It ended by a failure.
+    /// It was terminated.
     pub failed: bool,
 }
 
@@ -152,8 +159,8 @@ impl<R: Real> Environment<R> {
 
     /// How the next trial of a lane begins, and whether one has begun so before.
     fn next_start(&mut self, lane: usize, starts: &StartSampler) -> (TrialStart, bool) {
-        let again = starts.again();
-        if again > 0.0 {
+        let share = starts.replay_share();
+        if share > 0.0 {
             let ended = &mut self.lanes[lane];
             let soon = self.task.motion.cycle().is_none() || ended.age as f64 <= SOON * self.task.skill.control_rate;
             if let Some(start) = ended.start.take().filter(|_| ended.failed && soon) {
@@ -164,7 +171,7 @@ impl<R: Real> Environment<R> {
                     self.hard_starts[other] = start;
                 }
             }
-            if !self.hard_starts.is_empty() && self.random.uniform() < again {
+            if !self.hard_starts.is_empty() && self.random.uniform() < share {
                 let which = self.random.below(self.hard_starts.len());
                 return (self.hard_starts.swap_remove(which), true);
             }
@@ -420,14 +427,14 @@ impl<R: Real> Environment<R> {
             l.shortfall = verdict.err();
         }
         l.failed = failed || l.shortfall.is_some();
-        let ending = if l.failed {
-            Ending::Failed
+        let status = if l.failed {
+            EpisodeStatus::Terminated
         } else if l.age >= l.limit {
-            Ending::TimeUp
+            EpisodeStatus::Truncated
         } else {
-            Ending::GoesOn
+            EpisodeStatus::Running
         };
-        Outcome { reward, ending }
+        Outcome { reward, status }
     }
 
     /// Whether a blade is on the ice that the motion has in the air.
@@ -464,10 +471,10 @@ impl<R: Real> Environment<R> {
         self.tracker.heading(lane).relative_to(self.lanes[lane].heading)
     }
 
-    /// The trial of a lane so far.
-    pub fn trial(&self, lane: usize, ending: Ending) -> Trial {
+    /// The episode of a lane so far.
+    pub fn episode(&self, lane: usize, status: EpisodeStatus) -> Episode {
         let l = &self.lanes[lane];
-        Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed }
+        Episode { ticks: l.age, reward: l.reward, failed: status == EpisodeStatus::Terminated }
     }
 
     /// What a lane's trial lacked when it ended, where it is judged or shows the whole motion.
@@ -514,8 +521,8 @@ mod tests {
     /// How every trial within four seconds without a policy begins: the rotation of a joint, which is off at random.
     fn beginnings(again: f64) -> Vec<[u64; 2]> {
         let task = task();
-        let mut starts = StartSampler::even(task.motion.last(), false);
-        starts.set_again(again);
+        let mut starts = StartSampler::uniform(task.motion.last(), false);
+        starts.set_replay_share(again);
         let mut env = Environment::<Lanes>::new(task.clone(), 3, 1, &starts);
         let bits = |env: &Environment<Lanes>, lane: usize| {
             let joint = env.sim.state.joints[3].rotation.lane(lane);
@@ -525,7 +532,7 @@ mod tests {
         let nothing = vec![0.0; Lanes::LANES * task.action_size()];
         for _ in 0..120 {
             for (lane, outcome) in env.tick(&nothing).into_iter().enumerate() {
-                if outcome.ending != Ending::GoesOn {
+                if outcome.status != EpisodeStatus::Running {
                     env.reset(lane, &starts);
                     all.push(bits(&env, lane));
                 }
@@ -544,8 +551,8 @@ mod tests {
         assert!(different(&again) < 2 * Lanes::LANES, "{} of {}", different(&again), again.len());
     }
 
-    /// How the first trials that begin at `start` (s) of a second of the motion end, with no limit in their way.
-    fn end_of_trials(start: f64, success: Vec<Criterion>) -> Ending {
+    /// How the first episodes that begin at `start` (s) of a second of the motion end, with no limit in their way.
+    fn end_of_trials(start: f64, success: Vec<Criterion>) -> EpisodeStatus {
         let mut task = SkillTask::clone(&task());
         let skill = &mut task.skill;
         skill.window = Some((0.0, 1.0));
@@ -554,18 +561,18 @@ mod tests {
         (skill.limits.height, skill.limits.root, skill.limits.pose, skill.limits.place) = (10.0, 10.0, 10.0, 1e3);
         skill.trial.success = success;
         let task = Arc::new(SkillTask::new(&task.skill, task.model, &task.clip).unwrap());
-        let mut env = Environment::<f64>::new(task.clone(), 3, 1, &StartSampler::even(task.motion.last(), false));
+        let mut env = Environment::<f64>::new(task.clone(), 3, 1, &StartSampler::uniform(task.motion.last(), false));
         let nothing = vec![0.0; task.action_size()];
-        (0..=30).map(|_| env.tick(&nothing)[0].ending).find(|e| *e != Ending::GoesOn).unwrap()
+        (0..=30).map(|_| env.tick(&nothing)[0].status).find(|e| *e != EpisodeStatus::Running).unwrap()
     }
 
     #[test]
     fn what_a_whole_motion_lacks_counts_as_a_fall_in_training_too() {
         let fast = |at_least| vec![Criterion::KeptSpeed { at_least, seconds: 0.1 }];
-        assert_eq!(end_of_trials(0.0, Vec::new()), Ending::TimeUp);
-        assert_eq!(end_of_trials(0.0, fast(50.0)), Ending::Failed);
-        assert_eq!(end_of_trials(0.0, fast(0.0)), Ending::TimeUp);
+        assert_eq!(end_of_trials(0.0, Vec::new()), EpisodeStatus::Truncated);
+        assert_eq!(end_of_trials(0.0, fast(50.0)), EpisodeStatus::Terminated);
+        assert_eq!(end_of_trials(0.0, fast(0.0)), EpisodeStatus::Truncated);
         // A part of the motion cannot show all of it.
-        assert_eq!(end_of_trials(0.5, fast(50.0)), Ending::TimeUp);
+        assert_eq!(end_of_trials(0.5, fast(50.0)), EpisodeStatus::Truncated);
     }
 }

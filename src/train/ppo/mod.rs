@@ -1,7 +1,7 @@
-//! Learning a policy by reinforcement: proximal policy optimisation over trials in lanes.
+//! Learning a policy by reinforcement: proximal policy optimisation over episodes in lanes.
 //!
 //! After Peng et al. 2018, "DeepMimic", and Yu, Park, Lee 2019, Section 6.2. What happens in an iteration: `rollout.rs` plays
-//! (`environment.rs` is a batch of trials, `sampling.rs` says where they begin), `learner.rs` updates actor and critic,
+//! (`environment.rs` runs episodes in lanes, `sampling.rs` says where they begin, `experience.rs` holds what was seen), `learner.rs` updates actor and critic,
 //! `trainer.rs` repeats (by the numbers of `options.rs`), measures, and keeps the best.
 
 #[cfg(feature = "policy")]
@@ -9,6 +9,7 @@ mod card;
 mod curve;
 mod environment;
 mod evaluate;
+mod experience;
 #[cfg(feature = "policy")]
 mod export;
 mod learner;
@@ -23,7 +24,7 @@ mod trainer;
 #[cfg(feature = "policy")]
 pub use card::robustness_card;
 pub use curve::curve_csv;
-pub use environment::{Ending, Environment, Outcome, Trial};
+pub use environment::{Environment, Episode, EpisodeStatus, Outcome};
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::trained_policy;

@@ -3,7 +3,7 @@
 use crate::contact::{CollisionCapsule, deepest_overlap};
 use crate::sim::Simulator;
 use crate::skill::PerformanceSample;
-use crate::train::ppo::environment::{Ending, Environment};
+use crate::train::ppo::environment::{Environment, EpisodeStatus};
 use crate::train::ppo::evaluate::Actor;
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
@@ -49,7 +49,7 @@ struct Sums {
 /// Measures `trials` trials of a judged task, one after the other, in f64.
 pub fn motion_quality<A: Actor>(task: &Arc<SkillTask>, actor: &A, trials: usize, seed: u64) -> MotionQuality {
     let motion = &task.motion;
-    let starts = StartSampler::even(motion.last(), motion.cycle().is_some());
+    let starts = StartSampler::uniform(motion.last(), motion.cycle().is_some());
     let capsules = CollisionCapsule::all(&task.model);
     let part = 1.0 / (task.skill.control_rate * SUBTICKS as f64);
     let (mut sums, mut scratch) = (Sums::default(), A::Scratch::default());
@@ -66,7 +66,7 @@ pub fn motion_quality<A: Actor>(task: &Arc<SkillTask>, actor: &A, trials: usize,
                 }
             });
             velocities.push(joint_velocities(&env.sim));
-            if outcomes[0].ending != Ending::GoesOn {
+            if outcomes[0].status != EpisodeStatus::Running {
                 break;
             }
         }
