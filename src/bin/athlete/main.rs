@@ -6,6 +6,7 @@ mod export_mjcf;
 mod import_joints;
 mod info;
 mod info_policy;
+mod interrupt;
 mod optimize;
 mod output;
 mod program;

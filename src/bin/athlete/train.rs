@@ -1,6 +1,7 @@
 //! `athlete train`: from a skill or a motion to a policy.
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
+use crate::interrupt;
 use crate::output::{Outcome, bar, say};
 use bevy_athlete::cli::{find_skill, load_task};
 use bevy_athlete::sim::BuildInfo;
@@ -201,8 +202,13 @@ impl Train {
         } else {
             Trainer::new(task, self.options()?)?
         };
+        // What cannot be written in the end is found out before the work begins.
+        check_folder(&out)?;
+        trainer.policy_file(&motion_file(&trainer)).map_err(|e| format!("the policy could not be written: {e}"))?;
+        let instructions = bevy_athlete::train::nn::instructions()?;
+        interrupt::watch()?;
         let motion = &trainer.task().motion;
-        say(&BuildInfo::current().to_string())?;
+        say(&format!("{}, networks by {instructions}", BuildInfo::current()))?;
         say(&format!(
             "{} learns {}: {:.2} s{}, {} numbers seen, {} told, results in {}",
             skill.character,
@@ -235,11 +241,20 @@ impl Train {
                 bar.suspend(|| say(&text))?;
             }
             let reached = self.until.is_some_and(|p| news.evaluation.is_some_and(|(s, _)| 100.0 * s >= p));
-            let done =
-                reached || began.elapsed() >= limit || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
+            let stopped = interrupt::asked();
+            let done = stopped
+                || reached
+                || began.elapsed() >= limit
+                || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
             if done || saved.elapsed() > Duration::from_secs(30) {
                 save(&out, &trainer)?;
                 saved = Instant::now();
+            }
+            if stopped {
+                bar.finish_and_clear();
+                say(&format!("stopped after {} samples; saved in {}", news.samples, out.display()))?;
+                say("to go on: the same command with --resume")?;
+                return Ok(ExitCode::from(interrupt::STOPPED));
             }
             if done {
                 break;
@@ -293,11 +308,25 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn std::error::Erro
         .map_err(|e| format!("{}: {e}", path.display()).into())
 }
 
+/// Whether files can be put into a folder.
+fn check_folder(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let probe = out.join(".write_probe");
+    std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe)).map_err(|e| {
+        format!("--out {}: nothing can be written there: {e}; valid: a folder that can be written to", out.display())
+            .into()
+    })
+}
+
+/// The name of the clip beside the policy.
+fn motion_file(trainer: &Trainer) -> String {
+    format!("{}.clip.ron", trainer.task().skill.name)
+}
+
 /// Checkpoint, curve as CSV and PNG, and the best policy.
 fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>> {
     write_whole(&out.join("checkpoint.json"), trainer.checkpoint().as_bytes())?;
     let best = trainer.best().cloned().unwrap_or_else(|| trainer.present());
-    let motion = format!("{}.clip.ron", trainer.task().skill.name);
+    let motion = motion_file(trainer);
     let clip = out.join(&motion);
     if !clip.is_file() {
         trainer.task().clip.clone().rounded().save(&clip)?;
