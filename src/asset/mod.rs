@@ -16,6 +16,7 @@ pub mod joint_positions;
 pub mod landmark_layout;
 mod material;
 pub mod policy_contract;
+pub mod policy_fit;
 mod state_bytes;
 pub(crate) mod turn;
 

@@ -85,6 +85,9 @@ pub struct ActionLayout {
 pub struct ReferenceFile {
     /// Name of the clip file, which lies in the policy's own folder.
     pub file: String,
+    /// [`fingerprint`](crate::asset::card::fingerprint) of that file. A policy without one may lie beside any file of the name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fingerprint: Option<String>,
     /// Whether it begins again at its end.
     pub cyclic: bool,
 }
@@ -109,6 +112,10 @@ pub struct PolicyContract {
     pub crate_version: String,
     /// Name of the character.
     pub character: String,
+    /// The character's numbers as one, see [`fingerprint`](crate::model::CharacterModel::fingerprint), in 16 hexadecimal digits.
+    /// A policy without one is compared by links and observation alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub character_fingerprint: Option<String>,
     /// Name of the skill.
     pub skill: String,
     /// The skill's own settings: JSON text, or nothing. See [`PolicyContract::parse_skill_settings`].
@@ -126,6 +133,8 @@ pub struct PolicyContract {
     /// The motion that is followed.
     pub reference: ReferenceFile,
     /// Stiffness (N m/rad) and damping (N m s/rad) of all servos; `None` takes those of the character file.
+    // Without this a file that lacks the field would be read as one that says null.
+    #[serde(deserialize_with = "Option::deserialize")]
     pub gains: Option<(f64, f64)>,
     /// Checked against the network whenever the file is loaded.
     pub golden: GoldenPair,
@@ -228,6 +237,11 @@ impl PolicyContract {
         {
             return refuse("skill_settings", error, "JSON text, or nothing");
         }
+        let hexadecimal =
+            |text: &String| text.len() == 16 && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
+        if let Some(text) = self.character_fingerprint.as_ref().filter(|text| !hexadecimal(text)) {
+            return refuse("character_fingerprint", format!("`{}`", shortened(text)), "16 hexadecimal digits");
+        }
         self.check_rates()?;
         self.check_observation()?;
         self.check_action()?;
@@ -239,6 +253,9 @@ impl PolicyContract {
                 format!("`{}`", shortened(file)),
                 "the name of a file in the policy's folder",
             );
+        }
+        if let Some(text) = self.reference.fingerprint.as_ref().filter(|t| t.trim().is_empty() || t.len() > 200) {
+            return refuse("reference.fingerprint", format!("`{}`", shortened(text)), "1 to 200 bytes of text");
         }
         if let Some((kp, kd)) = self.gains
             && !(kp.is_finite() && kd.is_finite() && kp >= 0.0 && kd >= 0.0)

@@ -9,6 +9,8 @@ mod open_loop;
 #[cfg(feature = "policy")]
 mod policy;
 #[cfg(feature = "policy")]
+mod policy_affine;
+#[cfg(feature = "policy")]
 mod policy_error;
 #[cfg(feature = "policy")]
 mod policy_file;

@@ -1,11 +1,14 @@
 //! Trained policies: a network from an ONNX file, with the contract that says what its numbers mean.
 
+use super::policy_affine::AffineMap;
 use super::policy_error::PolicyError;
 use super::policy_file::{decode, read_bytes};
 use super::policy_graph::{GraphFault, Widths, check_and_clean};
 use super::policy_normaliser::take_normaliser;
+use super::tracking::ObservationLayout;
 use crate::asset::card::fingerprint;
 use crate::asset::policy_contract::{Normaliser, PolicyContract};
+use crate::asset::policy_fit::PolicyUse;
 use crate::math::RandomStream;
 use crate::model::CharacterModel;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -33,8 +36,10 @@ pub struct Policy {
     file: Arc<str>,
     contract: Arc<PolicyContract>,
     fingerprint: Arc<str>,
-    /// One for each entry of [`BLOCKS`].
+    /// One for each entry of [`BLOCKS`]; none for an affine policy.
     plans: Arc<[Arc<TypedSimplePlan>]>,
+    /// One matrix and an offset, in place of the plans.
+    affine: Option<Arc<AffineMap>>,
     /// The normaliser is not in the plans.
     normalises: bool,
     /// Rows of the small block have the bits of rows alone.
@@ -67,14 +72,18 @@ impl Policy {
             }
         }
         let normalises = take_normaliser(&mut model, &contract.normaliser);
+        let affine = AffineMap::of(&model).map(Arc::new);
         // The check above leaves the library no reason to panic; should it find one, it stays a refusal.
-        let plans = catch_unwind(AssertUnwindSafe(|| plans(&model, &widths)))
-            .unwrap_or_else(|_| Err(TractError::msg("the inference library panicked")))
-            .map_err(|e| network_error(name, &e))?;
+        let plans = match &affine {
+            Some(_) => Arc::from(Vec::new()),
+            None => catch_unwind(AssertUnwindSafe(|| plans(&model, &widths)))
+                .unwrap_or_else(|_| Err(TractError::msg("the inference library panicked")))
+                .map_err(|e| network_error(name, &e))?,
+        };
         let (contract, fingerprint) = (Arc::new(contract), fingerprint(bytes).into());
-        let mut policy = Self { file, contract, fingerprint, plans, normalises, rows_agree: false };
+        let mut policy = Self { file, contract, fingerprint, plans, affine, normalises, rows_agree: false };
         policy.check_golden()?;
-        policy.rows_agree = policy.compare_rows()?;
+        policy.rows_agree = policy.is_affine() || policy.compare_rows()?;
         Ok(policy)
     }
 
@@ -88,31 +97,40 @@ impl Policy {
         &self.fingerprint
     }
 
+    /// Whether it is one matrix and an offset behind its normaliser.
+    pub fn is_affine(&self) -> bool {
+        self.affine.is_some()
+    }
+
     /// Name of the file, as given.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// Checks that the policy was made for this character.
+    /// Checks that the policy can be played as `played` says; see [`PolicyContract::check_played`].
+    pub fn check_played(&self, played: &PolicyUse) -> Result<(), PolicyError> {
+        let contract = &*self.contract;
+        contract.check_played(played).map_err(|misfit| PolicyError::Misfit {
+            file: self.file.to_string(),
+            skill: contract.skill.clone(),
+            character: contract.character.clone(),
+            misfit: Box::new(misfit),
+        })
+    }
+
+    /// Checks that the policy can be played on a body, whatever the skill: it sees what the body shows and tells its links. A
+    /// skill's description is compared by [`SkillDefinition::check_policy`](crate::skill::SkillDefinition::check_policy).
     pub fn check_for(&self, model: &CharacterModel) -> Result<(), PolicyError> {
         let contract = &*self.contract;
-        if contract.character != model.name {
-            return Err(PolicyError::Character {
-                file: self.file.to_string(),
-                found: contract.character.clone(),
-                wanted: model.name.clone(),
-            });
-        }
-        let joints = || model.links.iter().filter(|l| l.parent.is_some()).map(|l| l.name.as_str());
-        match contract.action.links.iter().find(|link| !joints().any(|j| j == *link)) {
-            Some(link) => Err(PolicyError::Link {
-                file: self.file.to_string(),
-                link: link.clone(),
-                character: model.name.clone(),
-                valid: joints().collect::<Vec<_>>().join(", "),
-            }),
-            None => Ok(()),
-        }
+        self.check_played(&PolicyUse {
+            observation: ObservationLayout::of(model).blocks,
+            links: model.links.iter().skip(1).map(|link| link.name.clone()).collect(),
+            action_scale: contract.action.scale,
+            control_rate: contract.control_rate,
+            gains: contract.gains,
+            cyclic: contract.reference.cyclic,
+            character_fingerprint: model.fingerprint(),
+        })
     }
 
     /// The actions for `rows` observations, one after the other in `observations`, as one row each in `out`: the
@@ -136,13 +154,13 @@ impl Policy {
     /// Whether both are the same policy, read from the same file.
     #[cfg(feature = "engine")]
     pub(crate) fn is(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.plans, &other.plans)
+        Arc::ptr_eq(&self.contract, &other.contract)
     }
 
     /// A number that tells it from other policies in memory.
     #[cfg(feature = "engine")]
     pub(crate) fn address(&self) -> usize {
-        Arc::as_ptr(&self.plans).addr()
+        Arc::as_ptr(&self.contract).addr()
     }
 
     fn act_by<'a>(
@@ -161,7 +179,10 @@ impl Policy {
         if rows == 0 {
             return Ok(());
         }
-        self.run(block_for, observations, rows, out).map_err(|e| network_error(&self.file, &e))?;
+        match &self.affine {
+            Some(affine) => self.run_affine(affine, observations, out),
+            None => self.run(block_for, observations, rows, out).map_err(|e| network_error(&self.file, &e))?,
+        }
         let actions = out.chunks_exact_mut(self.contract.action_size());
         for (observation, action) in observations.chunks_exact(size).zip(actions) {
             if !observation.iter().all(|v| v.is_finite()) {
@@ -192,6 +213,19 @@ impl Policy {
             done += taken;
         }
         Ok(())
+    }
+
+    fn run_affine(&self, affine: &AffineMap, observations: &[f32], out: &mut Vec<f32>) {
+        let (size, width) = (self.contract.observation_size(), self.contract.action_size());
+        for raw in observations.chunks_exact(size) {
+            // The end of the result is the work space: nothing is allocated once it has grown.
+            let start = out.len();
+            out.resize(start + width + size, 0.0);
+            let (action, row) = out[start..].split_at_mut(width);
+            self.prepare(raw, row);
+            affine.apply(row, action);
+            out.truncate(start + width);
+        }
     }
 
     /// What the plans take for these observations.

@@ -1,6 +1,7 @@
 //! Why a policy file was refused, or could not act.
 
 use crate::asset::policy_contract::ContractError;
+use crate::asset::policy_fit::PolicyMisfit;
 
 /// Why a policy was refused. Every message names the file, the place in it, what is there and what would be valid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -121,27 +122,17 @@ pub enum PolicyError {
         /// The library's reason.
         reason: String,
     },
-    /// Trained for another character.
-    #[error("{file}: made for the character `{found}`; valid: `{wanted}`")]
-    Character {
+    /// The contract is not what would be played.
+    #[error("{file}: a policy of `{skill}` by `{character}` that does not fit what is played: {misfit}")]
+    Misfit {
         /// File name as given.
         file: String,
+        /// The contract's skill.
+        skill: String,
         /// The contract's character.
-        found: String,
-        /// The character that it should drive.
-        wanted: String,
-    },
-    /// The character has no such joint.
-    #[error("{file}: action for the link `{link}`, which is no joint of `{character}`; valid: {valid}")]
-    Link {
-        /// File name as given.
-        file: String,
-        /// The contract's link.
-        link: String,
-        /// The character.
         character: String,
-        /// Its links that have a joint.
-        valid: String,
+        /// The first field that differs.
+        misfit: Box<PolicyMisfit>,
     },
     /// Observations of the wrong length were passed in.
     #[error("{file}: {found} numbers for {rows} observations of {size}; valid: {rows} x {size}")]

@@ -255,6 +255,11 @@ pub enum SkillError {
     },
 }
 
+/// Two numbers as they stand in a file.
+fn shown(pair: Option<(f64, f64)>) -> String {
+    pair.map_or_else(|| "none".into(), |(a, b)| format!("({a}, {b})"))
+}
+
 impl SkillDefinition {
     /// A skill that follows a motion once, in place, with all defaults.
     pub fn imitate(name: &str, character: &str, motion: impl Into<PathBuf>) -> Self {
@@ -346,10 +351,10 @@ impl SkillDefinition {
             return bad("hold", self.hold.to_string(), "0 to 60 s");
         }
         if self.window.is_some_and(|(a, b)| !(a.is_finite() && b.is_finite() && 0.0 <= a && a < b)) {
-            return bad("window", format!("{:?}", self.window), "two times in order, s");
+            return bad("window", shown(self.window), "two times in order, s");
         }
         if self.gains.is_some_and(|(kp, kd)| !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd))) {
-            return bad("gains", format!("{:?}", self.gains), "two numbers from 0 to 1e6");
+            return bad("gains", shown(self.gains), "two numbers from 0 to 1e6");
         }
         let (e, t) = (&self.episode, &self.trial);
         for (field, seconds) in [("episode.seconds", e.seconds), ("trial.seconds", t.seconds)] {
@@ -371,7 +376,7 @@ impl SkillDefinition {
             .flat_map(|r| [("trial.rows speed", r.speed, 30.0), ("trial.rows start_speed", r.start_speed, 30.0)]);
         for (field, range, most) in ranges.into_iter().chain(rows) {
             if range.is_some_and(|(a, b)| !(0.0 <= a && a <= b && b <= most)) {
-                return bad(field, format!("{range:?}"), &format!("two numbers in order, from 0 to {most}"));
+                return bad(field, shown(range), &format!("two numbers in order, from 0 to {most}"));
             }
         }
         for (field, joint, velocity, turning) in [
@@ -387,7 +392,8 @@ impl SkillDefinition {
             let (least, most) = push.force;
             let force = 0.0 <= least && least <= most && most <= 1e5;
             if !(force && (0.0..=10.0).contains(&push.seconds) && push.every >= 0.1) {
-                return bad("push", format!("{push:?}"), "0 to 1e5 N in order, 0 to 10 s, every 0.1 s or more");
+                let found = format!("{least} to {most} N for {} s every {} s", push.seconds, push.every);
+                return bad("push", found, "0 to 1e5 N in order, 0 to 10 s, every 0.1 s or more");
             }
         }
         for (field, share) in [("episode.after_share", e.after_share), ("episode.begin_share", e.begin_share)] {
@@ -396,7 +402,7 @@ impl SkillDefinition {
             }
         }
         if self.limits.turn.is_some_and(|turn| !(0.0..=core::f64::consts::PI).contains(&turn)) {
-            return bad("limits.turn", format!("{:?}", self.limits.turn), "0 to pi rad");
+            return bad("limits.turn", self.limits.turn.unwrap_or_default().to_string(), "0 to pi rad");
         }
         let mut names = std::collections::BTreeSet::new();
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {

@@ -10,6 +10,7 @@ pub const SKATING_SKILLS: [&str; 6] = [
     "double_salchow",
 ];
 
+mod contract;
 mod criteria;
 mod definition;
 pub(crate) mod disturb;

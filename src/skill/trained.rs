@@ -3,7 +3,7 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::tracking::{
-    AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
+    AllLanes, Heading, PolicyMirror, SeenBody, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
 };
 use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
@@ -26,16 +26,6 @@ pub enum TrainedSkillError {
     /// The policy.
     #[error(transparent)]
     Policy(#[from] PolicyError),
-    /// The policy was trained for another skill, or sees something else.
-    #[error("skill {skill}: its policy is of {found}; valid: {valid}")]
-    Mismatch {
-        /// The skill.
-        skill: String,
-        /// What the policy is of.
-        found: String,
-        /// What would fit.
-        valid: String,
-    },
 }
 
 /// What the name of a mirrored skill ends with.
@@ -63,29 +53,7 @@ impl TrainedSkill {
         model: &CharacterModel,
     ) -> Result<Self, TrainedSkillError> {
         definition.validate()?;
-        policy.check_for(model)?;
-        let contract = policy.contract();
-        let mismatch = |found: String, valid: String| {
-            Err(TrainedSkillError::Mismatch { skill: definition.name.clone(), found, valid })
-        };
-        if contract.skill != definition.name {
-            return mismatch(format!("the skill {}", contract.skill), definition.name.clone());
-        }
-        let layout = ObservationLayout::of(model);
-        if contract.observation != layout.blocks {
-            return mismatch(
-                "another observation".into(),
-                format!("that of {} with {} numbers", model.name, layout.size()),
-            );
-        }
-        if contract.control_rate != definition.control_rate {
-            let valid = format!("{} decisions per second", definition.control_rate);
-            return mismatch(format!("{} decisions per second", contract.control_rate), valid);
-        }
-        let links: Vec<&str> = model.links.iter().skip(1).map(|l| l.name.as_str()).collect();
-        if contract.action.links != links {
-            return mismatch("other joints".into(), links.join(", "));
-        }
+        definition.check_policy(&policy, model)?;
         let motion = Arc::new(definition.prepare_motion(clip, model)?);
         Ok(Self { definition, motion, policy, mirror: None })
     }

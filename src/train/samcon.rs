@@ -63,6 +63,8 @@ pub struct Reconstruction {
     pub report: ReconstructionReport,
     /// Fingerprint of the state in which the search's own best sample ended; a replay in scalar f64 ends in the same.
     pub end_fingerprint: u64,
+    /// The search was stopped before the end of the clip; the control is that of its beginning.
+    pub stopped: bool,
 }
 
 /// A kept state after a window.
@@ -214,7 +216,9 @@ impl Search<'_> {
 
 /// Searches for a control whose simulation on `world` follows `clip`.
 ///
-/// `progress` is called after each window and may stop the search by returning false. `world_name` is what the control
+/// `progress` is called after each window and may stop the search by returning false. What was found until then is the result: the
+/// best control of an earlier attempt, else one as long as the windows that were passed
+/// ([`Cancelled`](ReconstructError::Cancelled) before the first). `world_name` is what the control
 /// file says of the world.
 pub fn reconstruct(
     model: &SharedModel,
@@ -242,13 +246,16 @@ pub fn reconstruct(
                     options.tolerance.excess(r.fell_at.is_some(), r.worst_root, r.mean_joint)
                 };
                 let excess = of(&found.report);
-                if best.as_ref().is_none_or(|b| excess < of(&b.report)) {
+                let stopped = found.stopped;
+                // A control of the whole clip is worth more than one of its beginning.
+                if best.as_ref().is_none_or(|b| !stopped && excess < of(&b.report)) {
                     best = Some(found);
                 }
-                if excess <= 1.0 {
+                if stopped || excess <= 1.0 {
                     break;
                 }
             }
+            Err(ReconstructError::Cancelled) => break,
             Err(dead_end @ ReconstructError::DeadEnd { .. }) => failure = Some(dead_end),
             Err(error) => return Err(error),
         }
@@ -292,14 +299,17 @@ fn search_once(
         rate: settings.rate,
         tick_rate: options.tick_rate,
         ticks_per_window: options.ticks_per_window,
-        seconds: reference.duration(),
+        seconds: match way.stopped {
+            true => (way.offsets.len() * options.ticks_per_window) as f64 / options.tick_rate,
+            false => reference.duration(),
+        },
         gains: options.gains,
         clip: clip.clone(),
         offsets: way.offsets,
     };
     let mut report = assess(&control, model, world, settings)?;
     report.backtracks = way.backtracks;
-    Ok(Reconstruction { control, report, end_fingerprint: way.end_fingerprint })
+    Ok(Reconstruction { control, report, end_fingerprint: way.end_fingerprint, stopped: way.stopped })
 }
 
 /// Offsets that follow `reference` from a state of the body on, one row (of an offset for each link) for each of its ticks
@@ -331,6 +341,8 @@ struct Way {
     offsets: Vec<Vec<Offset>>,
     backtracks: usize,
     end_fingerprint: u64,
+    /// The search was stopped before the last window.
+    stopped: bool,
 }
 
 /// Searches window by window from one state.
@@ -382,7 +394,10 @@ fn find_way(
         let elites = search.run_window(&mut workers, window, attempt, spread, samples, &history[window]);
         let best = elites[0].cost;
         if !progress(Progress { window, windows: search.windows(), cost: best, backtracks, attempt: 0 }) {
-            return Err(ReconstructError::Cancelled);
+            if window == 0 {
+                return Err(ReconstructError::Cancelled);
+            }
+            break;
         }
         tries[window] += 1;
         if best < 1e4 {
@@ -415,7 +430,8 @@ fn find_way(
     }
     offsets.reverse();
     let end_fingerprint = history[history.len() - 1][0].state.fingerprint(0);
-    Ok(Way { offsets, backtracks, end_fingerprint })
+    let stopped = offsets.len() < search.windows();
+    Ok(Way { offsets, backtracks, end_fingerprint, stopped })
 }
 
 /// Plays a control in scalar f64 and measures it.

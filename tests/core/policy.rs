@@ -11,7 +11,6 @@ use bevy_athlete::asset::dense_layers::{Activation, DenseLayers, LayersError};
 use bevy_athlete::asset::policy_contract::{ActionMeaning, CONTRACT_KEY, ContractError, PolicyContract};
 use bevy_athlete::control::{MAX_POLICY_BYTES, Policy, PolicyError};
 use bevy_athlete::math::RandomStream;
-use bevy_athlete::model::preset;
 use bevy_athlete::train::{ExportError, ImportError, layers_from_bytes, policy_bytes, save_policy};
 use prost::Message;
 use std::time::Instant;
@@ -492,28 +491,6 @@ fn graphs_of_other_exporters_are_read() {
 }
 
 #[test]
-fn characters_that_do_not_fit_are_refused() {
-    let mut random = RandomStream::new(76, 0);
-    let layers = network(&[10, 6], Activation::Tanh, &mut random);
-    let mut contract = contract_for(&layers, &mut random);
-    let (skater, runner) = (preset("skater").unwrap(), preset("runner").unwrap());
-    let load =
-        |contract: &PolicyContract| Policy::from_bytes(&policy_bytes(&layers, contract).unwrap(), "file.onnx").unwrap();
-    assert_eq!(load(&contract).check_for(&skater), Ok(()));
-    let error = load(&contract).check_for(&runner).unwrap_err();
-    assert!(
-        matches!(&error, PolicyError::Character { found, wanted, .. } if found == "skater" && wanted == "runner"),
-        "{error}"
-    );
-    // The root has no joint to turn; a link of another character is none of this one's.
-    for name in ["tail", skater.links[0].name.as_str()] {
-        contract.action.links[1] = name.into();
-        let error = load(&contract).check_for(&skater).unwrap_err();
-        assert!(matches!(&error, PolicyError::Link { link, .. } if link == name), "{error}");
-    }
-}
-
-#[test]
 fn the_exporter_refuses_what_a_reader_would() {
     let mut random = RandomStream::new(77, 0);
     let layers = network(&[10, 8, 6], Activation::Tanh, &mut random);
@@ -587,4 +564,56 @@ fn write_samples() {
         let sample = serde_json::json!({ "rows": rows, "observations": raw, "actions": actions });
         std::fs::write(folder.join(format!("{name}.json")), sample.to_string()).unwrap();
     }
+}
+
+/// One matrix and an offset need no network: the same file, the same contract, the same bits on every machine and in any company.
+#[test]
+fn affine_policies_go_out_and_come_back() {
+    let mut random = RandomStream::new(78, 0);
+    for sizes in [[240, 51], [7, 3], [4, 6]] {
+        let layers = network(&sizes, Activation::Tanh, &mut random);
+        let contract = contract_for(&layers, &mut random);
+        let bytes = policy_bytes(&layers, &contract).unwrap();
+        let policy = Policy::from_bytes(&bytes, "affine").unwrap();
+        assert!(policy.is_affine());
+        let (read, said) = layers_from_bytes(&bytes, "affine").unwrap();
+        assert_eq!((&read.sizes, &read.layers, said), (&layers.sizes, &layers.layers, contract.clone()));
+
+        let raw = observations(&contract, 9, &mut random);
+        let (mut together, mut alone) = (Vec::new(), Vec::new());
+        policy.act(&raw, 9, &mut together).unwrap();
+        for (row, action) in raw.chunks(sizes[0]).zip(together.chunks(sizes[1])) {
+            policy.act(row, 1, &mut alone).unwrap();
+            assert_eq!(alone, action, "a row alone has the bits that it has among others");
+            let worst = difference(action, &forward(&layers, &contract.normaliser, row));
+            assert!(worst < 1e-6, "{worst:e}");
+        }
+
+        // Without transposition, and behind something else than the normaliser: what it computes stays.
+        let mut model = ModelProto::decode(&*bytes).unwrap();
+        let graph = model.graph.as_mut().unwrap();
+        let weights = &mut graph.initializer[4];
+        weights.dims.reverse();
+        let original = &layers.layers[0].weights;
+        weights.raw_data =
+            (0..original.len()).flat_map(|k| original[k % sizes[1] * sizes[0] + k / sizes[1]].to_le_bytes()).collect();
+        graph.node.last_mut().unwrap().attribute.clear();
+        let plain = Policy::from_bytes(&model.encode_to_vec(), "affine").unwrap();
+        plain.act(&raw, 9, &mut alone).unwrap();
+        assert!(plain.is_affine() && alone == together);
+        let graph = model.graph.as_mut().unwrap();
+        graph.node[0].input[0] = "same".into();
+        let (input, output) = (vec!["observation".into()], vec!["same".into()]);
+        graph.node.insert(0, NodeProto { op_type: "Identity".into(), input, output, ..Default::default() });
+        let deep = Policy::from_bytes(&model.encode_to_vec(), "affine").unwrap();
+        deep.act(&raw, 9, &mut alone).unwrap();
+        assert!(!deep.is_affine() && difference(&alone, &together) < 1e-5);
+    }
+    assert!(!Policy::from_bytes(&policy_bytes_of(&[7, 5, 3], &mut random), "deep").unwrap().is_affine());
+}
+
+fn policy_bytes_of(sizes: &[usize], random: &mut RandomStream) -> Vec<u8> {
+    let layers = network(sizes, Activation::Tanh, random);
+    let contract = contract_for(&layers, random);
+    policy_bytes(&layers, &contract).unwrap()
 }

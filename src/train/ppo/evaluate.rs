@@ -74,7 +74,7 @@ pub(crate) fn row_seed(seed: u64, row: usize) -> u64 {
     seed.wrapping_add((row as u64) << 32)
 }
 
-/// Runs at least `trials` trials (rounded up to whole lanes) of a task, without exploration; see [`SkillTask::trials`] for
+/// Runs `trials` trials of a task, without exploration; see [`SkillTask::trials`] for
 /// tasks that are judged. Results do not depend on the number of threads.
 pub fn evaluate<R: Real, A: Actor>(
     task: &Arc<SkillTask>,
@@ -89,7 +89,10 @@ pub fn evaluate<R: Real, A: Actor>(
     let run = |first: usize, count: usize| -> Vec<Tried> {
         let mut scratch = A::Scratch::default();
         (first..(first + count).min(batches))
-            .flat_map(|batch| run_batch::<R, A>(task, actor, &mut scratch, seed, batch as u64))
+            .flat_map(|batch| {
+                let wanted = trials.max(1).saturating_sub(batch * R::LANES).min(R::LANES);
+                run_batch::<R, A>(task, actor, &mut scratch, seed, batch as u64, wanted)
+            })
             .collect()
     };
     let mut results = Vec::new();
@@ -138,19 +141,20 @@ struct Tried {
     tick: usize,
 }
 
-/// One trial in each lane.
+/// One trial in each of the first `wanted` lanes.
 fn run_batch<R: Real, A: Actor>(
     task: &Arc<SkillTask>,
     actor: &A,
     scratch: &mut A::Scratch,
     seed: u64,
     batch: u64,
+    wanted: usize,
 ) -> Vec<Tried> {
     let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
     let mut env = Environment::<R>::new(task.clone(), seed, 0x4556_0000 + batch, &starts);
     let size = task.layout.size();
     let mut rows = vec![0.0; R::LANES * size];
-    let mut open = vec![true; R::LANES];
+    let mut open: Vec<bool> = (0..R::LANES).map(|lane| lane < wanted).collect();
     let mut effort = vec![0.0; R::LANES];
     let mut results = vec![Tried::default(); R::LANES];
     while open.iter().any(|o| *o) {
@@ -180,5 +184,6 @@ fn run_batch<R: Real, A: Actor>(
             }
         }
     }
+    results.truncate(wanted);
     results
 }

@@ -4,6 +4,7 @@ use crate::asset::dense_layers::{Activation as LayerActivation, DenseLayer, Dens
 use crate::asset::policy_contract::{
     ActionLayout, ActionMeaning, CONTRACT_VERSION, GoldenPair, Normaliser, PolicyContract, ReferenceFile,
 };
+use crate::asset::policy_fit::fingerprint_text;
 use crate::control::Policy;
 use crate::skill::SkillDefinition;
 use crate::train::nn::{Activation, Activations, Network};
@@ -49,6 +50,7 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
         version: CONTRACT_VERSION,
         crate_version: env!("CARGO_PKG_VERSION").into(),
         character: task.model.name.clone(),
+        character_fingerprint: Some(fingerprint_text(task.model.fingerprint())),
         skill: task.skill.name.clone(),
         skill_settings: serde_json::to_string(&settings).unwrap_or_default(),
         control_rate: task.skill.control_rate,
@@ -64,7 +66,7 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
             scale: task.skill.action_scale,
             links: task.model.links.iter().skip(1).map(|l| l.name.clone()).collect(),
         },
-        reference: ReferenceFile { file: motion_file.into(), cyclic: task.skill.cyclic },
+        reference: ReferenceFile { file: motion_file.into(), fingerprint: None, cyclic: task.skill.cyclic },
         gains: task.skill.gains,
         golden: GoldenPair { observation: golden, action },
     };

@@ -1,7 +1,8 @@
 //! The loop: play, learn, measure, keep the best.
 
 use crate::asset::dense_layers::DenseLayers;
-use crate::asset::policy_contract::{ObservationBlock, PolicyContract};
+use crate::asset::policy_contract::PolicyContract;
+use crate::asset::policy_fit::PolicyMisfit;
 use crate::math::RandomStream;
 use crate::skill::Range;
 use crate::train::nn::{Activation, Adam, Network};
@@ -54,8 +55,8 @@ pub enum TrainError {
     /// A policy to begin with does not fit this task.
     #[error("policy to begin with: {what} is {found}; valid: {expected}")]
     Start {
-        /// What differs.
-        what: &'static str,
+        /// What differs: a field of its contract, or its network.
+        what: String,
         /// In the policy.
         found: String,
         /// In the task.
@@ -222,19 +223,10 @@ impl Trainer {
         layers: &DenseLayers,
         contract: &PolicyContract,
     ) -> Result<Self, TrainError> {
-        let differs = |what, found: String, expected: String| Err(TrainError::Start { what, found, expected });
-        let blocks = |blocks: &[ObservationBlock]| -> String {
-            blocks.iter().map(|b| format!("{} ({})", b.name, b.size)).collect::<Vec<_>>().join(", ")
-        };
-        if blocks(&contract.observation) != blocks(&task.layout.blocks) {
-            return differs("observation", blocks(&contract.observation), blocks(&task.layout.blocks));
-        }
-        if contract.character != task.model.name {
-            return differs("character", contract.character.clone(), task.model.name.clone());
-        }
-        if contract.action.scale != task.skill.action_scale {
-            let expected = task.skill.action_scale.to_string();
-            return differs("scale of the action", contract.action.scale.to_string(), expected);
+        let differs =
+            |what: &str, found: String, expected: String| Err(TrainError::Start { what: what.into(), found, expected });
+        if let Err(PolicyMisfit { field, found, valid }) = contract.check_numbers(&task.skill.policy_use(&task.model)) {
+            return Err(TrainError::Start { what: field, found, expected: valid });
         }
         let ends = (task.layout.size(), task.action_size());
         if (layers.inputs(), layers.outputs()) != ends {
