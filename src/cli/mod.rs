@@ -2,6 +2,8 @@
 //!
 //! | item | what it does |
 //! | --- | --- |
+//! | [`ArgumentError`], [`within`], [`exit_code`] | wrong arguments: option, what was given, what would be valid |
+//! | [`check_output`], [`check_folder`], [`keep_earlier`], [`write_whole`] | results: places tried before the work, nothing replaced unasked |
 //! | [`load_character`] | a preset's name or a `.character.ron` file to a model |
 //! | [`find_key_poses`] | the key pose file of a skill |
 //! | [`load_motion`] | a `.bvh` or `.clip.ron` file to a clip for a character |
@@ -16,6 +18,7 @@
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
+mod arguments;
 mod chosen_world;
 mod find_key_poses;
 mod frames;
@@ -23,6 +26,7 @@ mod info;
 mod input;
 mod input_error;
 mod motion_frames;
+mod output;
 mod perform;
 mod program_run;
 mod push;
@@ -30,6 +34,7 @@ mod skills;
 mod timing;
 mod world_spec;
 
+pub use arguments::{ArgumentError, FAILED, WRONG_ARGUMENTS, exit_code, threads, within};
 pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError};
 pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
@@ -37,6 +42,7 @@ pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};
 pub use input::{load_character, load_motion};
 pub use input_error::InputError;
 pub use motion_frames::{clip_frames, key_pose_frames};
+pub use output::{check_folder, check_output, keep_earlier, trace_bytes, write_whole};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform, perform_on};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;

@@ -73,9 +73,9 @@ pub enum PerformError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// An option is out of range.
-    #[error("{option} is {found}; valid: {valid}")]
+    #[error("--{option} {found}: valid is {valid}")]
     Option {
-        /// The option.
+        /// The option, without its dashes.
         option: &'static str,
         /// What it is.
         found: String,
@@ -169,6 +169,11 @@ fn check(options: &PerformOptions, script: &Script) -> Result<f64, PerformError>
     let seconds = options.seconds.unwrap_or(script.seconds());
     if !(0.0..=3600.0).contains(&seconds) {
         return bad("seconds", seconds, "0 to 3600 s");
+    }
+    // A push that never comes would look like one that does nothing.
+    if let Some(late) = options.pushes.iter().find(|push| push.start >= seconds) {
+        let valid = format!("a push that begins before the end, at {seconds} s");
+        return Err(PerformError::Option { option: "push", found: late.to_string(), valid });
     }
     Ok(seconds)
 }

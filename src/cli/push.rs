@@ -46,6 +46,13 @@ impl Push {
     }
 }
 
+impl std::fmt::Display for Push {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { link, force, start, duration } = self;
+        write!(f, "{link}:{},{},{}:{start}:{duration}", force.x, force.y, force.z)
+    }
+}
+
 impl FromStr for Push {
     type Err = InputError;
 

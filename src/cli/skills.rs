@@ -15,8 +15,14 @@ pub const SKILLS_FOLDER: &str = "assets/skills";
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SkillInputError {
+    /// A motion where a skill is wanted.
+    #[error("skill `{name}`: that is a motion; valid: --clip {name}, with --character")]
+    Motion {
+        /// What was given.
+        name: String,
+    },
     /// Neither the name of a skill nor a file.
-    #[error("skill `{name}`: no such file, and no {SKILLS_FOLDER}/*/{name}/{name}.skill.ron; known here: {known}")]
+    #[error("skill `{name}`: no such skill; valid: {known}, or the path of a .skill.ron file")]
     NotFound {
         /// What was given.
         name: String,
@@ -69,8 +75,13 @@ pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
     if name.ends_with(".skill.ron") && Path::new(name).is_file() {
         return Ok(PathBuf::from(name));
     }
-    skill_file(name, ".skill.ron")
-        .map_err(|known| SkillInputError::NotFound { name: name.to_owned(), known: known.join(", ") })
+    if [".bvh", ".clip.ron", ".keyposes.ron"].iter().any(|ending| name.ends_with(ending)) {
+        return Err(SkillInputError::Motion { name: name.to_owned() });
+    }
+    skill_file(name, ".skill.ron").map_err(|known| {
+        let known = if known.is_empty() { format!("none found in {SKILLS_FOLDER}") } else { known.join(", ") };
+        SkillInputError::NotFound { name: name.to_owned(), known }
+    })
 }
 
 /// The program file with this name below [`SKILLS_FOLDER`], or at this path.

@@ -144,7 +144,7 @@ fn evaluate_tries_other_rows_and_writes_a_trial_down() {
     let asked = ["--trials", "8", "--speed", "1..2", "--trace", &trace, "--storyboard", &picture];
     let report = done_json(&[&["evaluate", "two_foot_glide", "--json"][..], &asked].concat());
     assert_eq!(std::fs::read(&card).unwrap(), before, "the card is that of the skill's own rows");
-    assert!(report["rows"][0]["trials"].as_u64().unwrap() >= 8);
+    assert_eq!(report["rows"][0]["trials"], 8);
     assert!(report["quality"]["time_at_torque_limits"].is_number());
 
     let text = std::fs::read_to_string(&trace).unwrap();
@@ -174,7 +174,6 @@ fn train_leaves_a_policy_with_its_card() {
     for file in ["policy.onnx", "checkpoint.json", "curve.csv", "curve.png", "two_foot_glide.clip.ron"] {
         assert!(std::fs::metadata(format!("{out}/{file}")).is_ok(), "{file}");
     }
-    refused(&["train", "two_foot_glide", "--card-trials", "9999999"], &["--card-trials 9999999", "1000000"]);
 }
 
 #[test]
@@ -322,7 +321,7 @@ fn reconstruct_finds_a_control_that_replays_to_the_same_bits() {
     assert_eq!(copied["fingerprint"], found["fingerprint"]);
 
     refused(&["simulate", "--control", &control, "--character", "runner"], &["out.control.ron", "runner"]);
-    refused(&["simulate", "--control", &control, "--rate", "600"], &["rate is 600", "1200"]);
+    refused(&["simulate", "--control", &control, "--rate", "600"], &["--rate 600", "1200"]);
     refused(&["simulate", "--control", &control, "--kp", "600"], &["--kp"]);
     let text = std::fs::read_to_string(&control).unwrap();
     let broken = folder.write("broken.control.ron", &text.replace("rate: 1200.0", "rate: -1.0"));
@@ -336,10 +335,10 @@ fn reconstruct_says_what_is_wrong() {
     let folder = Folder::new("refusals");
     let clip = folder.write("standing.clip.ron", &standing("abdomen", 0.9, 2));
     let run = ["reconstruct", "--character", "skater", "--clip", &clip];
-    refused(&[&run[..], &["--samples", "1"]].concat(), &["samples is 1", "4 to"]);
-    refused(&[&run[..], &["--keep", "0"]].concat(), &["keep is 0"]);
-    refused(&[&run[..], &["--deviation", "9"]].concat(), &["deviation is 9"]);
-    refused(&[&run[..], &["--threads", "0"]].concat(), &["threads is 0"]);
+    refused(&[&run[..], &["--samples", "1"]].concat(), &["--samples 1", "4 to"]);
+    refused(&[&run[..], &["--keep", "0"]].concat(), &["--keep 0"]);
+    refused(&[&run[..], &["--deviation", "9"]].concat(), &["--deviation 9"]);
+    refused(&[&run[..], &["--threads", "0"]].concat(), &["--threads 0"]);
     refused(&[&run[..], &["--cycles", "0"]].concat(), &["--cycles 0", "1 to"]);
     refused(&[&run[..], &["--kp", "600"]].concat(), &["--kd"]);
     refused(&[&run[..], &["--kp", "nan", "--kd", "1"]].concat(), &["--kp NaN"]);
@@ -360,9 +359,9 @@ fn simulate_says_what_is_wrong() {
     refused(&["simulate", "--motion", &clip], &["--character"]);
     refused(&[&run[..], &["--world", "moon"]].concat(), &["moon", "ice, ground", "slope:DEGREES"]);
     refused(&[&run[..], &["--world", "slope:80"]].concat(), &["slope:80", "-60 to 60"]);
-    refused(&[&run[..], &["--seconds=-1"]].concat(), &["seconds is -1", "0 to 3600"]);
-    refused(&[&run[..], &["--rate", "1"]].concat(), &["rate is 1", "30 to 20000"]);
-    refused(&[&run[..], &["--kd", "inf"]].concat(), &["kd is inf"]);
+    refused(&[&run[..], &["--seconds=-1"]].concat(), &["--seconds -1", "0 to 3600"]);
+    refused(&[&run[..], &["--rate", "1"]].concat(), &["--rate 1", "30 to 20000"]);
+    refused(&[&run[..], &["--kd", "inf"]].concat(), &["--kd inf"]);
     refused(&[&run[..], &["--push", "nose:0,0,1:0:1"]].concat(), &["nose", "no such link", "pelvis"]);
     refused(&[&run[..], &["--push", "head:0,0:0:1"]].concat(), &["three components"]);
     refused(&[&run[..], &["--trace", "/no/such/folder/x"]].concat(), &["/no/such/folder/x"]);
@@ -517,13 +516,16 @@ fn info_shows_a_policys_contract() {
     let file = folder.path("test.onnx");
     save_policy(&file, &layers, &contract).unwrap();
 
-    let text = done(&["info", "--policy", &file, "--character", "skater"]);
+    let text = done(&["info", "--policy", &file]);
     for word in ["stroking", "30 actions/s", "600 simulation steps/s", "stroking.clip.ron", "phase", "hand_right"] {
         assert!(text.contains(word), "`{word}` is missing in:\n{text}");
     }
     let json = done_json(&["info", "--policy", &file, "--json"]);
     assert_eq!(PolicyContract::from_json(&json["contract"].to_string()).unwrap(), contract);
-    refused(&["info", "--policy", &file, "--character", "runner"], &["made for the character `skater`"]);
+    refused(
+        &["info", "--policy", &file, "--character", "skater"],
+        &["observation[0]", "`phase` of 1 numbers", "`phase` of 10"],
+    );
     refused(&["info", "--policy", &folder.write("text.onnx", "a text")], &["not an ONNX model"]);
     refused(&["info", "--policy", &folder.path("none.onnx")], &["cannot be read"]);
     refused(&["info"], &["--character"]);

@@ -116,7 +116,7 @@ fn a_training_may_begin_with_a_policy() {
     let mut other = contract.clone();
     other.action.scale *= 2.0;
     let error = Trainer::from_policy(task(), options(2), &layers, &other).map(|_| ()).unwrap_err();
-    assert!(error.to_string().contains("scale of the action"), "{error}");
+    assert!(error.to_string().contains("action.scale"), "{error}");
     other = contract;
     other.observation[0].size -= 1;
     let error = Trainer::from_policy(task(), options(2), &layers, &other).map(|_| ()).unwrap_err();

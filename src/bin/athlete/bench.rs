@@ -1,7 +1,7 @@
 //! `athlete bench`: microseconds per character and step.
 
 use crate::output::{Outcome, bar, say, say_json};
-use bevy_athlete::cli::{BenchRow, LANE_NAMES, time_scene};
+use bevy_athlete::cli::{ArgumentError, BenchRow, LANE_NAMES, time_scene};
 use bevy_athlete::scenes::{SCENE_NAMES, scene};
 use bevy_athlete::sim::BuildInfo;
 use clap::Args;
@@ -37,12 +37,11 @@ impl Bench {
         let wanted = |name: &str| self.scene.is_empty() || self.scene.iter().any(|part| name.contains(part.as_str()));
         let scenes: Vec<_> = SCENE_NAMES.iter().filter(|n| wanted(n)).filter_map(|n| scene(n)).collect();
         if scenes.is_empty() {
-            return Err(
-                format!("--scene {}: valid is a part of {}", self.scene.join(", "), SCENE_NAMES.join(", ")).into()
-            );
+            let valid = format!("a part of {}", SCENE_NAMES.join(", "));
+            return Err(ArgumentError::new("--scene", self.scene.join(", "), valid).into());
         }
         if let Some(bad) = self.lanes.iter().find(|l| !LANE_NAMES.contains(&l.as_str())) {
-            return Err(format!("--lanes `{bad}`: valid is one of {}", LANE_NAMES.join(", ")).into());
+            return Err(ArgumentError::new("--lanes", bad, format!("one of {}", LANE_NAMES.join(", "))).into());
         }
         let lanes: Vec<&str> =
             LANE_NAMES.into_iter().filter(|l| self.lanes.is_empty() || self.lanes.iter().any(|m| m == l)).collect();

@@ -1,9 +1,13 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
-use crate::output::{Outcome, say, say_json};
-use bevy_athlete::asset::card::RobustnessCard;
-use bevy_athlete::cli::{FrameRecorder, find_skill, load_task};
+use crate::output::{Outcome, announce_trace, say, say_json};
+use bevy_athlete::asset::card::{RobustnessCard, fingerprint};
+use bevy_athlete::asset::policy_contract::PolicyContract;
+use bevy_athlete::cli::{
+    ArgumentError, FrameRecorder, check_output, find_skill, load_character, load_task, threads, within,
+};
 use bevy_athlete::control::Policy;
+use bevy_athlete::model::CharacterModel;
 use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
@@ -20,7 +24,7 @@ use std::sync::Arc;
 pub const TRIALS_SEED: u64 = 1_000_003;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
-/// simulation rate, as in a game. Writes the robustness card beside the policy.
+/// simulation rate, as in a game. Writes nothing unless asked.
 #[derive(Debug, Args)]
 pub struct Evaluate {
     /// A skill with a trained policy, a .onnx file, or a folder that `athlete train` has filled
@@ -46,6 +50,9 @@ pub struct Evaluate {
     /// Write a trace (JSON lines, one a step) of the same trial
     #[arg(long)]
     trace: Option<PathBuf>,
+    /// Write the robustness card (card.json) of the skill's own rows beside the policy
+    #[arg(long, conflicts_with_all = ["push", "speed"])]
+    card: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -64,32 +71,33 @@ fn policy_file(given: &Path) -> Result<PathBuf, Box<dyn std::error::Error>> {
 }
 
 /// `0..2.5` as two numbers in order.
-fn parse_range(text: &str) -> Result<(f64, f64), String> {
+fn parse_range(text: &str) -> Result<(f64, f64), ArgumentError> {
     let parsed = text.split_once("..").and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     match parsed {
         Some((a, b)) if (0.0..=30.0).contains(&a) && a <= b && b <= 30.0 => Ok((a, b)),
-        _ => Err(format!("--speed `{text}`: valid is two numbers in order from 0 to 30, such as 0..2.5")),
+        _ => Err(ArgumentError::new("--speed", text, "two numbers in order from 0 to 30, such as 0..2.5")),
     }
 }
 
 impl Evaluate {
     pub fn run(&self) -> Outcome {
-        if !(1..=1_000_000).contains(&self.trials) {
-            return Err(format!("--trials {}: valid is 1 to 1000000", self.trials).into());
-        }
-        if self.push.is_some_and(|n| !(0.0..=1e5).contains(&n)) {
-            return Err(format!("--push {:?}: valid is 0 to 100000 N", self.push).into());
+        within("--trials", self.trials, 1..=1_000_000, "")?;
+        self.push.map(|newtons| within("--push", newtons, 0.0..=1e5, "N")).transpose()?;
+        let threads = threads(self.threads)?;
+        for (option, path) in [("--trace", &self.trace), ("--storyboard", &self.storyboard)] {
+            path.as_ref().map(|path| check_output(option, path)).transpose()?;
         }
         let file = policy_file(&self.policy)?;
-        let (task, policy) = read_trials(&file, |trial| self.change_rows(trial))?;
+        let (task, policy) = read_trials(&file, |trial, model| self.change_rows(trial, model))?;
         let (rate, folder) = (task.settings.rate, file.parent().unwrap_or(Path::new("")));
-        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
+        let card_file = folder.join("card.json");
+        if self.card {
+            check_output("--card", &card_file)?;
+        }
 
         let (card, shortfalls) = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
-        // The card beside a policy is that of the skill's own rows.
-        let own_rows = self.push.is_none() && self.speed.is_none();
-        if own_rows {
-            card.save(folder.join("card.json"))?;
+        if self.card {
+            card.save(&card_file)?;
         }
         if let (true, Some((_, row))) = (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first()) {
             show_trial(self.storyboard.as_deref(), self.trace.as_deref(), row, &policy, self.seed)?;
@@ -103,14 +111,14 @@ impl Evaluate {
         }
         say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
         say_card(&card, &shortfalls)?;
-        if !own_rows {
-            say("card.json is left as it is: these were not the skill's own rows")?;
+        if self.card {
+            say(&format!("card             {}", card_file.display()))?;
         }
         Ok(ExitCode::SUCCESS)
     }
 
     /// Rows that the command line asks for in place of the skill's own.
-    fn change_rows(&self, trial: &mut TrialOptions) -> Result<(), Box<dyn std::error::Error>> {
+    fn change_rows(&self, trial: &mut TrialOptions, model: &CharacterModel) -> Result<(), Box<dyn std::error::Error>> {
         let speed = match &self.speed {
             None => None,
             Some(text) => Some(parse_range(text)?),
@@ -119,7 +127,7 @@ impl Evaluate {
             return Ok(());
         }
         let push = |newtons: f64| PushOptions {
-            link: "spine".into(),
+            link: model.links[model.trunk()].name.clone(),
             force: (newtons, newtons),
             seconds: 0.1,
             every: 2.0,
@@ -145,27 +153,56 @@ impl Evaluate {
 /// A policy file, and the task that its trials are made of once `change` has been made to them.
 pub fn read_trials(
     file: &Path,
-    change: impl FnOnce(&mut TrialOptions) -> Result<(), Box<dyn std::error::Error>>,
+    change: impl FnOnce(&mut TrialOptions, &CharacterModel) -> Result<(), Box<dyn std::error::Error>>,
 ) -> Result<(SkillTask, Policy), Box<dyn std::error::Error>> {
     let policy = Policy::load(file)?;
     let contract = policy.contract();
-    let folder = file.parent().unwrap_or(Path::new(""));
     // Beside a skill's description, that is what counts: it may have changed since the training.
-    let described = folder.join(format!("{}.skill.ron", contract.skill));
-    let mut skill = if described.is_file() {
-        SkillDefinition::load(&described)?
-    } else {
-        let mut skill: SkillDefinition = contract.parse_skill_settings()?;
-        skill.motion = folder.join(&contract.reference.file);
-        skill
+    let mut skill = match skill_beside(file) {
+        Some(described) => SkillDefinition::load(&described)?,
+        None => described_by(contract, file)?,
     };
     // What may come before matters to training alone.
     skill.after.clear();
-    change(&mut skill.trial)?;
+    change(&mut skill.trial, &*load_character(&skill.character)?)?;
     let task = load_task(&skill, None)?;
-    policy.check_for(&task.model)?;
+    skill.check_policy(&policy, &task.model)?;
     let task = task.at_rate(task.model.step_rate)?;
     Ok((task, policy))
+}
+
+/// The description of the skill in a policy's folder, where there is one.
+fn skill_beside(policy: &Path) -> Option<PathBuf> {
+    let entries =
+        std::fs::read_dir(policy.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))).ok()?;
+    let mut found = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let first = found.by_ref().find(|path| path.to_string_lossy().ends_with(".skill.ron"))?;
+    // Of several nobody can say which is meant.
+    (!found.any(|path| path.to_string_lossy().ends_with(".skill.ron"))).then_some(first)
+}
+
+/// The skill as a policy's contract describes it, its motion beside the policy.
+fn described_by(contract: &PolicyContract, policy: &Path) -> Result<SkillDefinition, Box<dyn std::error::Error>> {
+    let motion = policy.with_file_name(&contract.reference.file);
+    if let Some(wanted) = &contract.reference.fingerprint {
+        let bytes = std::fs::read(&motion).map_err(|e| format!("{}: {e}", motion.display()))?;
+        let found = fingerprint(&bytes);
+        if found != *wanted {
+            let motion = motion.display();
+            return Err(format!(
+                "{motion}: fingerprint {found}; valid: {wanted}, the motion that {} was learnt from",
+                policy.display()
+            )
+            .into());
+        }
+    }
+    // What the contract says of the body is in its settings, or else the name.
+    let character = match contract.skill_settings.is_empty() {
+        true => contract.character.clone(),
+        false => contract.parse_skill_settings::<SkillDefinition>()?.character,
+    };
+    let skill = SkillDefinition::of_contract(contract, &*load_character(&character)?)?;
+    Ok(SkillDefinition { motion, ..skill })
 }
 
 /// The command that measures a policy file, or one in a folder, again.
@@ -217,6 +254,7 @@ fn show_trial(
     let mut writer = match trace {
         None => None,
         Some(path) => {
+            announce_trace(&task.model, seconds * task.settings.rate);
             let out = BufWriter::new(File::create(path).map_err(|e| at(path, e))?);
             Some(TraceWriter::new(out, &trial.sim, 0).map_err(|e| at(path, e))?)
         }

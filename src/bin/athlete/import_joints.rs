@@ -1,11 +1,10 @@
 //! `athlete import-joints`: from positions of joints to key poses.
 
 use crate::output::{Outcome, complain, say, say_json};
-use crate::record::check_place;
 use crate::simulate::in_file;
 use bevy_athlete::asset::joint_positions::{JointPositions, PositionOptions};
 use bevy_athlete::asset::landmark_layout::{Axes, LandmarkLayout};
-use bevy_athlete::cli::load_character;
+use bevy_athlete::cli::{ArgumentError, check_output, load_character};
 use bevy_athlete::model::{ImportedPoses, PositionImportOptions, SidedPart, import_positions};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -66,7 +65,7 @@ impl ImportJoints {
         };
         let positions = JointPositions::load(&self.file, &options).map_err(|error| in_file(&self.file, &error))?;
         let frames = match self.every {
-            Some(0) => return Err("--every 0: valid is 1 or more".into()),
+            Some(0) => return Err(ArgumentError::new("--every", 0, "1 or more").into()),
             Some(every) => Some((0..positions.frames.len()).step_by(every).collect()),
             None => self.frames.clone(),
         };
@@ -87,7 +86,7 @@ impl ImportJoints {
     fn place(&self) -> Result<(PathBuf, String), Box<dyn Error>> {
         let out = match &self.out {
             Some(out) if !out.to_string_lossy().ends_with(ENDING) => {
-                return Err(format!("--out {}: valid is a name that ends in {ENDING}", out.display()).into());
+                return Err(ArgumentError::new("--out", out.display(), format!("a name that ends in {ENDING}")).into());
             }
             Some(out) => out.clone(),
             None => {
@@ -100,7 +99,7 @@ impl ImportJoints {
                 out
             }
         };
-        check_place("--out", &out)?;
+        check_output("--out", &out)?;
         let name = out.file_name().unwrap_or_default().to_string_lossy().trim_end_matches(ENDING).to_owned();
         Ok((out, name))
     }

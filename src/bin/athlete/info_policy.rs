@@ -3,6 +3,7 @@
 use crate::output::{Outcome, say, say_json};
 use bevy_athlete::cli::load_character;
 use bevy_athlete::control::Policy;
+use bevy_athlete::skill::SkillDefinition;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -11,7 +12,8 @@ use std::process::ExitCode;
 pub fn run(file: &Path, character: Option<&str>, json: bool) -> Outcome {
     let policy = Policy::load(file)?;
     if let Some(name) = character {
-        policy.check_for(&*load_character(name)?)?;
+        let model = load_character(name)?;
+        SkillDefinition::of_contract(policy.contract(), &model)?.check_policy(&policy, &model)?;
     }
     if json {
         say_json(&serde_json::json!({
@@ -31,8 +33,11 @@ fn text(policy: &Policy, character: Option<&str>) -> Result<String, std::fmt::Er
     let mut line = |what: &str, text: String| writeln!(out, "{what:<13} {text}");
     line("policy", policy.file().to_owned())?;
     line("fingerprint", policy.fingerprint().to_owned())?;
-    let fits = if character.is_some() { " (all links are there)" } else { "" };
+    let fits = character.map_or_else(String::new, |name| format!(" (fits {name})"));
     line("character", format!("{}{fits}", contract.character))?;
+    if let Some(fingerprint) = &contract.character_fingerprint {
+        line("body", format!("fingerprint {fingerprint}"))?;
+    }
     line("skill", contract.skill.clone())?;
     if !contract.skill_settings.is_empty() {
         line("settings", contract.skill_settings.clone())?;
@@ -52,6 +57,9 @@ fn text(policy: &Policy, character: Option<&str>) -> Result<String, std::fmt::Er
         },
     )?;
     line("golden pair", "agrees".into())?;
+    if policy.is_affine() {
+        line("network", format!("affine, {} x {}", contract.action_size(), contract.observation_size()))?;
+    }
 
     let normaliser = &contract.normaliser;
     writeln!(out, "\nobservation: {} numbers, clipped at {} deviations", contract.observation_size(), normaliser.clip)?;

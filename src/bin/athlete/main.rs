@@ -11,11 +11,13 @@ mod output;
 mod program;
 mod reconstruct;
 mod record;
+mod run_folder;
 mod show;
 mod simulate;
 mod train;
 mod world_args;
 
+use bevy_athlete::cli::exit_code;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -72,6 +74,6 @@ fn main() -> ExitCode {
     };
     result.unwrap_or_else(|failure| {
         output::complain(&format!("error: {failure}"));
-        ExitCode::FAILURE
+        ExitCode::from(exit_code(&*failure))
     })
 }

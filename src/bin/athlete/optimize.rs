@@ -4,8 +4,8 @@ use crate::output::{Outcome, bar, complain, say, say_json};
 use crate::simulate::draw;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::cli::{
-    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, find_key_poses, load_character,
-    perform,
+    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, check_folder, find_key_poses,
+    keep_earlier, load_character, perform, threads, within,
 };
 use bevy_athlete::control::{MotionRecorder, ReconstructedControl};
 use bevy_athlete::model::{KeyPoses, SharedModel};
@@ -56,6 +56,9 @@ pub struct Optimize {
     /// Go on after the last window of a run that was stopped
     #[arg(long)]
     resume: bool,
+    /// Replace clip, control, storyboard and checkpoint in the folder
+    #[arg(long)]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -68,26 +71,28 @@ impl Optimize {
         let model = load_character(self.character.as_deref().unwrap_or(&poses.character))?;
         let plan = Plan::new(&poses, &model).map_err(|error| format!("{}: {error}", file.display()))?;
         let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
-        if let Some(minutes) = self.minutes
-            && !(0.01..=1e4).contains(&minutes)
-        {
-            return Err(format!("--minutes {minutes}: valid is 0.01 to 10000").into());
-        }
+        self.minutes.map(|minutes| within("--minutes", minutes, 0.01..=1e4, "")).transpose()?;
+        self.iterations.map(|n| within("--iterations", n, 1..=1_000_000, "")).transpose()?;
+        within("--samples", self.samples, 4..=1 << 20, "")?;
+        let threads = threads(self.threads)?;
         let folder = match &self.out {
             Some(folder) => folder.clone(),
             None => file.parent().map(PathBuf::from).unwrap_or_default(),
         };
-        if !(folder.as_os_str().is_empty() || folder.is_dir()) {
-            return Err(format!("--out {}: valid is an existing folder", folder.display()).into());
-        }
+        check_folder("--out", &folder)?;
         let stem = file.file_name().unwrap_or_default().to_string_lossy().replace(".keyposes.ron", "");
         let place = |ending: &str| folder.join(format!("{stem}.{ending}"));
+        let mut results: Vec<PathBuf> = ["clip.ron", "control.ron", "storyboard.png"].map(place).into();
+        if !self.resume {
+            results.push(place("optimize.ron"));
+        }
+        keep_earlier("--out", &results, self.force, "a folder without them (--out), --resume after a stopped run")?;
 
         let defaults = ReconstructOptions::default();
         let options = OptimizeOptions {
             iterations: self.iterations,
             seed: self.seed,
-            threads: self.threads.unwrap_or(defaults.threads),
+            threads,
             seconds: self.minutes.map(|m| 60.0 * m),
             samcon: (!self.no_samcon).then(|| ReconstructOptions {
                 samples: self.samples,

@@ -1,6 +1,7 @@
 //! What all commands say, and how.
 
-use bevy_athlete::cli::PerformanceReport;
+use bevy_athlete::cli::{PerformanceReport, trace_bytes};
+use bevy_athlete::model::CharacterModel;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -27,6 +28,17 @@ pub fn complain(line: &str) {
 /// A value as JSON on stdout, on one line.
 pub fn say_json(value: &impl serde::Serialize) -> Result<(), Box<dyn Error>> {
     say(&serde_json::to_string(value)?)
+}
+
+/// Size of a trace from which it is told before it is written, bytes.
+const LARGE_TRACE: f64 = 100e6;
+
+/// Tells about how large a trace of so many steps will be, where it is large.
+pub fn announce_trace(model: &CharacterModel, steps: f64) {
+    let bytes = trace_bytes(model.links.len(), steps);
+    if bytes > LARGE_TRACE {
+        complain(&format!("note: the trace of {steps:.0} steps will take about {:.1} GB", bytes / 1e9));
+    }
 }
 
 /// A bar on stderr for `length` units of work; invisible where stderr is no terminal.

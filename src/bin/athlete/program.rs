@@ -2,7 +2,10 @@
 
 use crate::output::{Outcome, bar, say, say_json};
 use bevy_athlete::asset::card::wilson_interval;
-use bevy_athlete::cli::{FrameRecorder, find_program, load_character, load_trained_skill, run_program};
+use bevy_athlete::cli::{
+    ArgumentError, FrameRecorder, SKILLS_FOLDER, check_output, find_program, load_character, load_trained_skill,
+    run_program, threads, within,
+};
 use bevy_athlete::contact::World;
 use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{ProgramDefinition, ProgramPlayer, TrialOptions};
@@ -44,11 +47,14 @@ pub struct Program {
 
 impl Program {
     pub fn run(&self) -> Outcome {
-        if !(1..=1_000_000).contains(&self.runs) {
-            return Err(format!("--runs {}: valid is 1 to 1000000", self.runs).into());
+        within("--runs", self.runs, 1..=1_000_000, "")?;
+        let threads = threads(self.threads)?;
+        for (option, path) in [("--trace", &self.trace), ("--storyboard", &self.storyboard)] {
+            path.as_ref().map(|path| check_output(option, path)).transpose()?;
         }
         let file = find_program(&self.program).ok_or_else(|| {
-            format!("program `{0}`: no such file, and no assets/skills/*/{0}.program.ron", self.program)
+            let valid = format!("the path of a .program.ron file, or a name of {SKILLS_FOLDER}/*/NAME.program.ron");
+            ArgumentError::new("program", &self.program, valid)
         })?;
         let program = ProgramDefinition::load(&file)?;
         let model = load_character(&program.character)?;
@@ -89,7 +95,6 @@ impl Program {
             Storyboard::new(options).write(&model, frames.frames(), path)?;
         }
 
-        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
         let (next, progress) = (AtomicU64::new(0), bar(self.runs, "program"));
         let runs = std::thread::scope(|scope| -> Result<Vec<_>, Box<dyn std::error::Error>> {
             let work = || -> Result<Vec<_>, bevy_athlete::control::PolicyError> {
@@ -103,7 +108,7 @@ impl Program {
                     progress.inc(1);
                 }
             };
-            let handles: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
+            let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
             let mut all = Vec::new();
             for handle in handles {
                 all.extend(handle.join().map_err(|_| "a thread panicked")??);

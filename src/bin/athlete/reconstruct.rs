@@ -1,15 +1,19 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
-use crate::record::{Record, check_place};
+use crate::record::Record;
 use crate::simulate::draw;
 use crate::world_args::WorldArgs;
-use bevy_athlete::cli::{FrameRecorder, PerformOptions, Script, load_character, load_motion, perform};
+use bevy_athlete::cli::{
+    ArgumentError, FrameRecorder, PerformOptions, Script, check_output, keep_earlier, load_character, load_motion,
+    perform, threads, within,
+};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
-use bevy_athlete::train::{ReconstructOptions, reconstruct};
+use bevy_athlete::train::{ReconstructError, ReconstructOptions, reconstruct};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -66,28 +70,44 @@ pub struct Reconstruct {
     /// Write a storyboard (PNG) of the result
     #[arg(long)]
     storyboard: Option<PathBuf>,
+    /// Replace what is in the file --out
+    #[arg(long)]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// An option of the search by the name that it has on the command line, anything else with the file.
+pub fn failure(file: &Path, error: ReconstructError) -> Box<dyn Error> {
+    match error {
+        ReconstructError::Option { option, found, valid } => {
+            ArgumentError::new(format!("--{}", option.replace('_', "-")), found, valid).into()
+        }
+        other => format!("{}: {other}", file.display()).into(),
+    }
 }
 
 impl Reconstruct {
     pub fn run(&self) -> Outcome {
         let defaults = ReconstructOptions::default();
         let gains = self.kp.zip(self.kd);
-        if let Some((kp, kd)) = gains
-            && !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd))
-        {
-            return Err(format!("--kp {kp} --kd {kd}: valid is 0 to 1e6 each").into());
+        if let Some((kp, kd)) = gains {
+            within("--kp", kp, 0.0..=1e6, "N m/rad")?;
+            within("--kd", kd, 0.0..=1e6, "N m s/rad")?;
         }
-        if !(1..=10_000).contains(&self.cycles) {
-            return Err(format!("--cycles {}: valid is 1 to 10000", self.cycles).into());
-        }
+        within("--cycles", self.cycles, 1..=10_000, "")?;
+        within("--attempts", self.attempts, 1..=100, "")?;
+        let threads = threads(self.threads)?;
         let model = load_character(&self.character)?;
         let world = self.world.choose(&model, None)?;
         let mut clip = load_motion(&self.clip, self.map.as_deref(), &model)?;
         if self.cycles > 1 {
             clip = clip.repeated_straight(self.cycles, SEAM)?;
+        }
+        if clip.duration() <= 0.0 {
+            let file = self.clip.display();
+            return Err(format!("{file}: one pose, nothing to follow; valid: a motion of two poses or more").into());
         }
         let lift;
         (clip, lift) = clip.lifted_clear(&model)?;
@@ -97,7 +117,11 @@ impl Reconstruct {
         }
         // A place that cannot be written is better found before the search than after it.
         if let Some(path) = &self.out {
-            check_place("--out", path)?;
+            check_output("--out", path)?;
+            keep_earlier("--out", core::slice::from_ref(path), self.force, "a new file")?;
+        }
+        if let Some(path) = &self.storyboard {
+            check_output("--storyboard", path)?;
         }
         let mut recorder = self.record.recorder(clip.duration())?;
         if world.moves() {
@@ -114,7 +138,7 @@ impl Reconstruct {
             gains,
             seed: self.seed,
             attempts: self.attempts,
-            threads: self.threads.unwrap_or(defaults.threads),
+            threads,
             ..defaults
         };
         let build = BuildInfo::current();
@@ -140,7 +164,7 @@ impl Reconstruct {
             true
         });
         bar.finish_and_clear();
-        let found = found.map_err(|error| format!("{}: {error}", self.clip.display()))?;
+        let found = found.map_err(|error| failure(&self.clip, error))?;
         let taken = begin.elapsed().as_secs_f64();
         if let Some(path) = &self.out {
             found.control.save(path)?;

@@ -1,10 +1,11 @@
 //! `--record` of the commands that simulate: the simulated motion as a clip.
 
+use bevy_athlete::cli::{ArgumentError, check_output};
 use bevy_athlete::control::MotionRecorder;
 use bevy_athlete::model::CharacterModel;
 use clap::Args;
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const ENDING: &str = ".clip.ron";
 
@@ -28,11 +29,11 @@ impl Record {
     pub fn recorder(&self, seconds: f64) -> Result<Option<MotionRecorder>, Box<dyn Error>> {
         let Some(path) = &self.record else { return Ok(None) };
         if !path.to_string_lossy().ends_with(ENDING) {
-            return Err(format!("--record {}: valid is a name that ends in {ENDING}", path.display()).into());
+            return Err(ArgumentError::new("--record", path.display(), format!("a name that ends in {ENDING}")).into());
         }
-        check_place("--record", path)?;
+        check_output("--record", path)?;
         let recorder = MotionRecorder::new(0, self.record_rate, seconds);
-        Ok(Some(recorder.map_err(|error| format!("--record-rate {}: {error}", self.record_rate))?))
+        Ok(Some(recorder.map_err(|error| ArgumentError::new("--record-rate", self.record_rate, error))?))
     }
 
     /// Writes what was recorded, named after its file.
@@ -43,13 +44,4 @@ impl Record {
         }
         Ok(())
     }
-}
-
-/// A place that cannot be written is better found before a long computation than after it.
-pub fn check_place(option: &str, path: &Path) -> Result<(), Box<dyn Error>> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    if folder.is_some_and(|p| !p.is_dir()) || path.is_dir() {
-        return Err(format!("{option} {}: valid is a file in an existing folder", path.display()).into());
-    }
-    Ok(())
 }

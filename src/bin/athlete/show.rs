@@ -1,10 +1,9 @@
 //! `athlete show`: what is in a file of key poses or a clip, as a picture.
 
 use crate::output::{Outcome, say, say_json};
-use crate::record::check_place;
 use crate::simulate::in_file;
 use crate::world_args::WorldArgs;
-use bevy_athlete::cli::{WorldSpec, clip_frames, key_pose_frames, load_character, load_motion};
+use bevy_athlete::cli::{WorldSpec, check_output, clip_frames, key_pose_frames, load_character, load_motion, within};
 use bevy_athlete::model::KeyPoses;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardFrame, StoryboardOptions};
 use clap::Args;
@@ -52,13 +51,9 @@ pub struct Show {
 
 impl Show {
     pub fn run(&self) -> Outcome {
-        if self.figures.is_some_and(|n| !(1..=MOST).contains(&n)) {
-            return Err(format!("--figures {}: valid is 1 to {MOST}", self.figures.unwrap_or_default()).into());
-        }
-        if !(-360.0..=360.0).contains(&self.azimuth) {
-            return Err(format!("--azimuth {}: valid is -360 to 360 degrees", self.azimuth).into());
-        }
-        check_place("--storyboard", &self.storyboard)?;
+        self.figures.map(|n| within("--figures", n, 1..=MOST, "")).transpose()?;
+        within("--azimuth", self.azimuth, -360.0..=360.0, "degrees")?;
+        check_output("--storyboard", &self.storyboard)?;
         let keys = self.file.to_string_lossy().ends_with(".keyposes.ron").then(|| KeyPoses::load(&self.file));
         let keys = keys.transpose().map_err(|error| in_file(&self.file, &error))?;
         let own = keys.as_ref().map(|keys| keys.character.as_str());

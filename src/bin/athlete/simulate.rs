@@ -1,14 +1,14 @@
 //! `athlete simulate`: a motion or a control, headless.
 
-use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
+use crate::output::{Outcome, announce_trace, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
 use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{
-    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec, load_character,
-    load_motion, perform_on,
+    ArgumentError, ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec,
+    check_output, load_character, load_motion, perform_on,
 };
 use bevy_athlete::control::ReconstructedControl;
-use bevy_athlete::model::SharedModel;
+use bevy_athlete::model::{PRESET_NAMES, SharedModel};
 use bevy_athlete::sim::{BuildInfo, SimulationSettings, TraceWriter};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::{ArgGroup, Args};
@@ -82,12 +82,19 @@ impl Simulate {
         settings.rate = self.rate.unwrap_or(settings.rate);
         let options =
             PerformOptions { settings, seconds: self.seconds, kp: self.kp, kd: self.kd, pushes: self.push.clone() };
+        // Places that cannot be written are better found before the work.
+        for (option, path) in [("--trace", &self.trace), ("--storyboard", &self.storyboard)] {
+            path.as_ref().map(|path| check_output(option, path)).transpose()?;
+        }
         let build = BuildInfo::current();
         if !self.json {
             say(&build.to_string())?;
         }
 
         let seconds = self.seconds.unwrap_or(script.seconds());
+        if self.trace.is_some() {
+            announce_trace(&model, seconds * settings.rate);
+        }
         let mut trace = None;
         let mut recorder = self.record.recorder(seconds)?;
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(seconds, true));
@@ -140,9 +147,12 @@ impl Simulate {
             let world = control.world.clone();
             return Ok((model, Script::Control(Box::new(control)), Some(world)));
         }
-        let Some(path) = &self.motion else { return Err("give --motion FILE or --control FILE".into()) };
+        let Some(path) = &self.motion else {
+            return Err(ArgumentError::new("--motion", "is missing", "--motion FILE or --control FILE").into());
+        };
         let Some(character) = &self.character else {
-            return Err("--motion needs --character (skater, foot_human, two_segment_human, runner or a file)".into());
+            let valid = format!("{} or the path of a .character.ron file", PRESET_NAMES.join(", "));
+            return Err(ArgumentError::new("--character", "is missing, which --motion needs", valid).into());
         };
         let model = load_character(character)?;
         let mut clip = load_motion(path, self.map.as_deref(), &model)?;

@@ -2,12 +2,16 @@
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
 use crate::output::{Outcome, bar, say};
-use bevy_athlete::cli::{find_skill, load_task};
+use crate::run_folder::RunFolder;
+use bevy_athlete::cli::{ArgumentError, find_skill, load_task, threads, within, write_whole};
+use bevy_athlete::control::tracking::TICK_PARTS;
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
-use bevy_athlete::train::ppo::{Iteration, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy};
-use bevy_athlete::train::{load_layers, save_policy};
+use bevy_athlete::train::ppo::{
+    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy,
+};
+use bevy_athlete::train::{load_layers, policy_bytes, save_policy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,7 +24,7 @@ const CLIP_RATE: f64 = 600.0;
 /// gives the evaluated survival and the reward per step.
 #[derive(Debug, Args)]
 pub struct Train {
-    /// A skill: its name below assets/skills, or the path of a .skill.ron file
+    /// A skill: its name below assets/skills, or the path of a .skill.ron file; a motion is given by --clip
     #[arg(required_unless_present = "clip", conflicts_with = "clip")]
     skill: Option<String>,
     /// Imitate this motion (.bvh, .clip.ron, .keyposes.ron) instead of a skill
@@ -38,7 +42,8 @@ pub struct Train {
     /// Servo gains KP,KD for --clip instead of the character's
     #[arg(long, requires = "clip")]
     gains: Option<String>,
-    /// Simulation steps per second in training
+    /// Simulation steps per second in training, a multiple of four times the decisions per second (of 120 for --clip); by default
+    /// the skill's, or 600 for --clip. What was learnt is tried at the character's own rate, or the nearest that fits
     #[arg(long)]
     rate: Option<f64>,
     /// Stop after so many minutes
@@ -96,6 +101,9 @@ pub struct Train {
     /// Folder of the results; by default runs/NAME
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Replace an earlier training in --out
+    #[arg(long, conflicts_with = "resume")]
+    force: bool,
     /// Go on from the checkpoint in --out, with the seed and layers it was begun with, and its learning options where no
     /// others are given
     #[arg(long)]
@@ -105,11 +113,11 @@ pub struct Train {
     from: Option<PathBuf>,
 }
 
-fn pair(text: &str, option: &str) -> Result<(f64, f64), String> {
+fn pair(text: &str, option: &str) -> Result<(f64, f64), ArgumentError> {
     let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
     match numbers[..] {
         [a, b] if a.is_finite() && b.is_finite() => Ok((a, b)),
-        _ => Err(format!("{option} `{text}`: valid is two numbers, such as 600,49")),
+        _ => Err(ArgumentError::new(option, text, "two numbers, such as 600,49")),
     }
 }
 
@@ -123,20 +131,36 @@ impl Train {
                 let mut skill = SkillDefinition::imitate_alone(&name, character, clip, &self.world);
                 skill.training_rate = Some(CLIP_RATE);
                 if let Some(text) = &self.gains {
-                    skill.gains = Some(pair(text, "--gains")?);
+                    let (kp, kd) = pair(text, "--gains")?;
+                    if !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd)) {
+                        return Err(
+                            ArgumentError::new("--gains", text, "two numbers from 0 to 1e6, such as 600,49").into()
+                        );
+                    }
+                    skill.gains = Some((kp, kd));
                 }
                 skill
             }
-            _ => return Err("give a skill, or --clip and --character".into()),
+            _ => return Err(ArgumentError::new("--clip", "is missing", "a skill, or --clip and --character").into()),
         };
-        if self.rate.is_some() {
-            skill.training_rate = self.rate;
+        if let Some(rate) = self.rate {
+            // Targets move on several times between two decisions.
+            let least = skill.control_rate * TICK_PARTS as f64;
+            let parts = rate / least;
+            if !((1.0..=1000.0).contains(&parts) && (parts - parts.round()).abs() < 1e-9) {
+                let valid = format!(
+                    "a multiple of {least}, {TICK_PARTS} times the {} decisions per second",
+                    skill.control_rate
+                );
+                return Err(ArgumentError::new("--rate", rate, valid).into());
+            }
+            skill.training_rate = Some(rate);
         }
         Ok(skill)
     }
 
     /// Puts what was asked for in place of what is there. Seed and layers are those a training is begun with.
-    fn change(&self, options: &mut TrainOptions) -> Result<(), String> {
+    fn change(&self, options: &mut TrainOptions) -> Result<(), ArgumentError> {
         fn put<T: Copy>(asked: Option<T>, option: &mut T) {
             *option = asked.unwrap_or(*option);
         }
@@ -157,7 +181,7 @@ impl Train {
         Ok(())
     }
 
-    fn options(&self) -> Result<TrainOptions, String> {
+    fn options(&self) -> Result<TrainOptions, ArgumentError> {
         let mut options = TrainOptions { seed: self.seed, ..TrainOptions::default() };
         if self.until.is_some() {
             // What it stops at has to be seen at once.
@@ -167,29 +191,49 @@ impl Train {
         if let Some(text) = &self.hidden {
             let sizes: Result<Vec<usize>, _> = text.split(',').map(|t| t.trim().parse()).collect();
             options.hidden =
-                sizes.map_err(|_| format!("--hidden `{text}`: valid is whole numbers, such as 128,128"))?;
+                sizes.map_err(|_| ArgumentError::new("--hidden", text, "whole numbers, such as 128,128"))?;
         }
         Ok(options)
     }
 
-    pub fn run(&self) -> Outcome {
+    /// Refuses options that no training could use.
+    fn check(&self) -> Result<(), ArgumentError> {
         if !(self.minutes > 0.0 && self.minutes <= 1e5) {
-            return Err(format!("--minutes {}: valid is more than 0, up to 100000", self.minutes).into());
+            return Err(ArgumentError::new("--minutes", self.minutes, "more than 0, up to 100000"));
         }
-        if self.card_trials > 1_000_000 {
-            return Err(format!("--card-trials {}: valid is 0 to 1000000", self.card_trials).into());
-        }
+        self.iterations.map(|n| within("--iterations", n, 1..=100_000_000, "")).transpose()?;
+        self.until.map(|percent| within("--until", percent, 0.0..=100.0, "percent")).transpose()?;
+        self.epochs.map(|n| within("--epochs", n, 1..=1000, "")).transpose()?;
+        self.evaluate_every.map(|n| within("--evaluate-every", n, 1..=1_000_000, "")).transpose()?;
+        within("--card-trials", self.card_trials, 0..=1_000_000, "")?;
+        threads(self.threads).map(drop)
+    }
+
+    /// An error by the option that it is about, with what was typed.
+    fn by_option(&self, error: TrainError) -> Box<dyn std::error::Error> {
+        let TrainError::Option { option, found, valid } = error else { return error.into() };
+        let (option, typed) = match option {
+            "gamma" | "gamma, lambda" => ("discount", self.discount.map(|g| g.to_string())),
+            "sigma" => (option, self.sigma.clone()),
+            "hidden" => (option, self.hidden.clone()),
+            _ => (option, None),
+        };
+        ArgumentError::new(format!("--{}", option.replace('_', "-")), typed.unwrap_or(found), valid).into()
+    }
+
+    pub fn run(&self) -> Outcome {
+        self.check()?;
         let skill = self.definition()?;
         let task = load_task(&skill, self.map.as_deref())?;
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
-        std::fs::create_dir_all(&out).map_err(|e| format!("--out {}: {e}", out.display()))?;
-        let checkpoint = out.join("checkpoint.json");
+        let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?;
+        let checkpoint = folder.place("checkpoint.json");
         let mut trainer = if self.resume {
             let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
             let mut asked = Ok(());
-            let trainer = Trainer::resume(task, &text, |options| asked = self.change(options))?;
+            let trainer = Trainer::resume(task, &text, |options| asked = self.change(options));
             asked?;
-            trainer
+            trainer.map_err(|error| self.by_option(error))?
         } else if let Some(policy) = &self.from {
             let (layers, contract) = load_layers(policy)?;
             let mut options = self.options()?;
@@ -197,10 +241,14 @@ impl Train {
                 // It has been explored before.
                 options.sigma.0 = options.sigma.1;
             }
-            Trainer::from_policy(task, options, &layers, &contract)?
+            Trainer::from_policy(task, options, &layers, &contract).map_err(|error| self.by_option(error))?
         } else {
-            Trainer::new(task, self.options()?)?
+            Trainer::new(task, self.options()?).map_err(|error| self.by_option(error))?
         };
+        // What cannot be written in the end is found out before the first step.
+        let (layers, contract) = trained_policy(trainer.task(), &trainer.present(), folder.motion());
+        policy_bytes(&layers, &contract)
+            .map_err(|error| format!("what will be learnt could not be written: {error}"))?;
         let motion = &trainer.task().motion;
         say(&BuildInfo::current().to_string())?;
         say(&format!(
@@ -238,7 +286,7 @@ impl Train {
             let done =
                 reached || began.elapsed() >= limit || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
             if done || saved.elapsed() > Duration::from_secs(30) {
-                save(&out, &trainer)?;
+                save(&folder, &trainer)?;
                 saved = Instant::now();
             }
             if done {
@@ -265,8 +313,8 @@ impl Train {
 
     /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows.
     fn evaluate(&self, out: &Path) -> Result<(f64, f64), Box<dyn std::error::Error>> {
-        let (task, policy) = read_trials(&out.join("policy.onnx"), |_| Ok(()))?;
-        let threads = self.threads.unwrap_or_else(bevy_athlete::train::default_threads);
+        let (task, policy) = read_trials(&out.join("policy.onnx"), |_, _| Ok(()))?;
+        let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
         let (card, shortfalls) = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
         card.save(out.join("card.json"))?;
@@ -285,27 +333,20 @@ fn line(news: &Iteration) -> String {
     )
 }
 
-/// Writes a file whole or not at all.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
-    let part = path.with_extension("part");
-    std::fs::write(&part, bytes)
-        .and_then(|()| std::fs::rename(&part, path))
-        .map_err(|e| format!("{}: {e}", path.display()).into())
-}
-
 /// Checkpoint, curve as CSV and PNG, and the best policy.
-fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>> {
-    write_whole(&out.join("checkpoint.json"), trainer.checkpoint().as_bytes())?;
+fn save(folder: &RunFolder, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>> {
+    // First what everything else can be made from again.
+    write_whole(&folder.place("checkpoint.json"), trainer.checkpoint().as_bytes())?;
     let best = trainer.best().cloned().unwrap_or_else(|| trainer.present());
-    let motion = format!("{}.clip.ron", trainer.task().skill.name);
-    let clip = out.join(&motion);
-    if !clip.is_file() {
-        trainer.task().clip.clone().rounded().save(&clip)?;
-    }
-    let (layers, contract) = trained_policy(trainer.task(), &best, &motion);
-    save_policy(out.join("policy.onnx"), &layers, &contract)?;
+    folder.begin_results()?;
+    let (layers, mut contract) = trained_policy(trainer.task(), &best, folder.motion());
+    contract.reference.fingerprint = Some(folder.motion_fingerprint());
+    save_policy(folder.place("policy.onnx"), &layers, &contract).map_err(|error| {
+        let checkpoint = folder.place("checkpoint.json");
+        format!("{error}; {} is saved: the same command with --resume goes on from it", checkpoint.display())
+    })?;
 
-    write_whole(&out.join("curve.csv"), curve_csv(trainer.curve()).as_bytes())?;
+    write_whole(&folder.place("curve.csv"), curve_csv(trainer.curve()).as_bytes())?;
 
     let curve = |name: &str, y: &dyn Fn(&Iteration) -> f64| Curve {
         name: name.into(),
@@ -333,5 +374,5 @@ fn save(out: &Path, trainer: &Trainer) -> Result<(), Box<dyn std::error::Error>>
             curves: vec![curve("divergence", &|i| f64::from(i.divergence))],
         },
     ];
-    write_whole(&out.join("curve.png"), &charts_png(&charts, 900, 320)?)
+    Ok(write_whole(&folder.place("curve.png"), &charts_png(&charts, 900, 320)?)?)
 }

@@ -1,0 +1,78 @@
+//! The folder of a training: what lies in it belongs together.
+
+use bevy_athlete::asset::card::fingerprint;
+use bevy_athlete::asset::clip::MotionClip;
+use bevy_athlete::cli::{ArgumentError, check_folder, keep_earlier, write_whole};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Policy, checkpoint, curve, card and the motion that all of them are of.
+pub struct RunFolder {
+    path: PathBuf,
+    /// Name of the file of the motion, and what it holds.
+    motion: String,
+    text: String,
+}
+
+impl RunFolder {
+    /// Makes the folder and tries it. Refuses one that holds an earlier training unless that is resumed or replaced (`force`),
+    /// and to resume a training of another motion.
+    pub fn open(
+        path: &Path,
+        skill: &str,
+        clip: &MotionClip,
+        resume: bool,
+        force: bool,
+    ) -> Result<Self, Box<dyn Error>> {
+        check_folder("--out", path)?;
+        let text = clip.clone().rounded().to_ron()?;
+        let folder = Self { path: path.to_path_buf(), motion: format!("{skill}.clip.ron"), text };
+        let earlier: Vec<PathBuf> = ["policy.onnx", "checkpoint.json", "card.json", "curve.csv", &folder.motion]
+            .map(|name| path.join(name))
+            .into();
+        if !resume {
+            keep_earlier("--out", &earlier, force, "--resume to go on with it, another folder")?;
+        } else if !force && folder.motion_file().exists() && !folder.has_motion() {
+            let found = format!("({} is another motion than the one to be learnt)", folder.motion_file().display());
+            let valid = "the motion that the checkpoint is of, another --out for another motion";
+            return Err(ArgumentError::new("--resume", found, valid).into());
+        }
+        Ok(folder)
+    }
+
+    /// Where a file of this name goes.
+    pub fn place(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Name of the file of the motion.
+    pub fn motion(&self) -> &str {
+        &self.motion
+    }
+
+    /// Fingerprint of the file of the motion, for the policy's contract.
+    pub fn motion_fingerprint(&self) -> String {
+        fingerprint(self.text.as_bytes())
+    }
+
+    /// Writes the motion where it is not there, and removes a card that is of another policy.
+    pub fn begin_results(&self) -> Result<(), Box<dyn Error>> {
+        if !self.has_motion() {
+            write_whole(&self.motion_file(), self.text.as_bytes())?;
+        }
+        match std::fs::remove_file(self.place("card.json")) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(format!("cannot remove {}: {error}", self.place("card.json").display()).into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn motion_file(&self) -> PathBuf {
+        self.place(&self.motion)
+    }
+
+    fn has_motion(&self) -> bool {
+        std::fs::read(self.motion_file()).is_ok_and(|bytes| bytes == self.text.as_bytes())
+    }
+}
