@@ -1,5 +1,6 @@
 //! The world of a performance: one that has a name, with a course in it if one is given.
 
+use super::input_error::VALID_WORLDS;
 use super::world_spec::{WorldSpec, drawn};
 use crate::asset::{Course, CourseError, CourseInstance};
 use crate::contact::{CourseTerrain, HeightFieldError, World};
@@ -47,7 +48,7 @@ pub enum WorldChoiceError {
     },
     /// A control names a world that there is not.
     #[error(
-        "the control was made in world `{found}`; valid: a world's name, or course:NAME,seed=N,PARAMETER=NUMBER,..."
+        "the control was made in world `{found}`; valid: {VALID_WORLDS}, or course:NAME,seed=N,PARAMETER=NUMBER,..."
     )]
     Recorded {
         /// What the file says.
