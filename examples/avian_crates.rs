@@ -51,7 +51,8 @@ fn build_up(
     let skills = SKILLS.map(|name| assets.load(format!("skills/skating/{name}/{name}.skill.ron")));
     let settings = AthleteSettings { restart_after: Some(2.0), ..default() };
     let skater = Athlete(assets.load("characters/skater.character.ron"));
-    commands.spawn((Movable, skater, Steering::new(skills.into()), settings, Transform::default()));
+    let controller = AthleteController::steer(skills);
+    commands.spawn((Movable, skater, controller, AthleteInput::default().at(2.5), settings, Transform::default()));
     let cube = meshes.add(Cuboid::from_length(0.4));
     let [light, dark] =
         [Color::srgb(0.80, 0.60, 0.35), Color::srgb(0.35, 0.22, 0.12)].map(|color| materials.add(color));
@@ -82,14 +83,14 @@ fn again(keys: Res<ButtonInput<KeyCode>>, movable: Query<Entity, With<Movable>>,
     }
 }
 
-fn steer(keys: Res<ButtonInput<KeyCode>>, gamepads: Query<&Gamepad>, skater: Single<&mut Steering>) {
+fn steer(keys: Res<ButtonInput<KeyCode>>, gamepads: Query<&Gamepad>, skater: Single<&mut AthleteInput>) {
     let axis = |more, less| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
     let arrows = Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
     let stick = arrows + gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>();
     let direction = Vec3::new(stick.x, 0.0, -stick.y);
-    let mut steering = skater.into_inner();
-    if direction != Vec3::ZERO && steering.direction != direction {
-        steering.direction = direction;
+    let mut input = skater.into_inner();
+    if direction != Vec3::ZERO && input.direction != direction {
+        input.direction = direction;
     }
 }
 

@@ -42,6 +42,7 @@ fn main() {
 fn app(frame: Duration) -> (App, Handle<CharacterAsset>, Vec<Handle<SkillAsset>>) {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins));
+    app.insert_resource(AthleteWorld::ice());
     app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
     app.insert_resource(Time::<Fixed>::from_duration(frame));
     app.finish();
@@ -66,7 +67,7 @@ fn crowd(count: usize) {
     let (mut app, character, skills) = app(tick);
     for k in 0..count {
         let place = Transform::from_xyz((k % 32) as f32 * 20.0, 0.0, (k / 32) as f32 * 20.0);
-        let skill = SkillController::new(skills[k % skills.len()].clone());
+        let skill = AthleteController::skill(skills[k % skills.len()].clone());
         app.world_mut().spawn((Athlete(character.clone()), place, skill));
         // They come one after the other, so that they do not move in step.
         if k % 4 == 0 {
@@ -164,7 +165,7 @@ fn one_skater(single_threaded: bool) {
             }
         }
     }
-    skating.world_mut().spawn((Athlete(character), SkillController::new(skills[0].clone())));
+    skating.world_mut().spawn((Athlete(character), AthleteController::skill(skills[0].clone())));
     let mut frames = [Vec::new(), Vec::new()];
     for k in 0..660 {
         for (app, frames) in [&mut skating, &mut empty].into_iter().zip(&mut frames) {

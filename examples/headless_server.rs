@@ -15,6 +15,7 @@ fn main() -> AppExit {
         .add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins))
         // Simulated time does not wait for the clock on the wall: every frame is one fixed tick.
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(15_625)))
+        .insert_resource(AthleteWorld::ice())
         .add_systems(Startup, spawn)
         .add_systems(FixedLast, (report, stop_at_the_end))
         .add_observer(|edge: On<BladeEdgeChanged>| {

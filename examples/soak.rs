@@ -25,6 +25,7 @@ fn main() {
     let (minutes, speed) = (option("--minutes", 1.0), option("--speed", 50.0));
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins));
+    app.insert_resource(AthleteWorld::ice());
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
     app.finish();
     app.cleanup();
@@ -57,7 +58,7 @@ fn main() {
                 app.world_mut().despawn(oldest);
             }
             let place = Transform::from_xyz((spawned % 50) as f32 * 10.0, 0.0, 0.0);
-            let controller = SkillController::new(skills[(spawned % 2) as usize].clone());
+            let controller = AthleteController::skill(skills[(spawned % 2) as usize].clone());
             let lasts = AthleteHistory::new(2.0);
             skaters.push_back(app.world_mut().spawn((Athlete(character.clone()), place, controller, lasts)).id());
             spawned += 1;

@@ -8,6 +8,7 @@
 //! In a game: add `AthletePlugins` and spawn an `Athlete`; `examples/skater.rs` is the whole of it. Without an engine:
 //!
 //! ```
+//! use bevy_athlete::contact::World;
 //! use bevy_athlete::prelude::*;
 //!
 //! let model = preset("skater").expect("a character of the crate");
@@ -34,11 +35,12 @@
 //! | `engine` | the Bevy plugins, without a renderer | yes |
 //! | `render` | meshes for characters and ghosts | yes |
 //! | `ui` | panels for any egui window: inspector, plots, pushes, contact plate, key-pose editor, training monitor | yes |
+//! | `skills` | the six skating skills inside the program: no folder to copy, 1.8 MB | yes |
 //! | `avian` | athletes on the colliders of Avian, pushing its bodies | |
 //! | `gltf` | Bevy's glTF loader, for skinned meshes over the links | |
 //! | `app` | the demo: a window on a rink | yes |
 //!
-//! Features only add. A game wants `default-features = false, features = ["render"]`, a server `["engine"]`.
+//! Features only add. A game wants `default-features = false, features = ["render", "skills"]`, a server `["engine"]`.
 //!
 //! # Rooms
 //!
@@ -84,14 +86,14 @@ pub mod train;
 #[cfg(feature = "ui")]
 pub mod ui;
 
-/// What most users need.
+/// What most users need: in a game beside `bevy::prelude`, whose names are not taken again.
 pub mod prelude {
-    pub use crate::contact::{BladeEdge, Geometry, Solid, Surface, World};
-    #[cfg(feature = "policy")]
-    pub use crate::control::Policy;
-    pub use crate::control::{ControlPlayer, ReconstructedControl};
     #[cfg(feature = "engine")]
-    pub use crate::engine::*;
+    pub use crate::engine::{
+        Athlete, AthleteBody, AthleteController, AthleteFell, AthleteInput, AthletePlugins, AthleteReady,
+        AthleteRefused, AthleteReset, AthleteSettings, AthleteWorld, LinkPoses, PerformSkill, SkillRefused,
+        SkillStarted,
+    };
     pub use crate::model::{CharacterModel, preset};
     pub use crate::sim::{SimulationSettings, Simulator, step};
 }

@@ -1,6 +1,6 @@
 //! Pause, slow motion and a new start as buttons, for hands without a keyboard.
 
-use crate::app::window::SLOW;
+use crate::app::stage::SLOW;
 use crate::engine::{Athlete, AthleteReset, PlaybackSpeed};
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};

@@ -1,10 +1,11 @@
 //! The keys, and what they do.
 
+use crate::app::act::Act;
 use crate::app::camera::{CameraMode, OrbitCamera};
 use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
-use crate::app::scenes::skating::{Act, Overlays};
-use crate::app::window::SLOW;
+use crate::app::scenes::skating::Overlays;
+use crate::app::stage::SLOW;
 use crate::engine::{Athlete, AthleteHistory, AthleteReset, AthleteRewind, PlaybackSpeed};
 use bevy::prelude::*;
 

@@ -1,13 +1,14 @@
 //! The menu of the demo: scenes, what there is to do in each, camera, help. Functions of `&mut egui::Ui`.
 
+use crate::app::act::Act;
 use crate::app::camera::{CameraMode, OrbitCamera};
 use crate::app::keys::KEYS;
 use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
 use crate::app::scenes::crowd::CrowdCount;
 use crate::app::scenes::foot_lab::{FootLab, POSES, STEEPEST};
-use crate::app::scenes::skating::{Act, Overlays};
-use crate::engine::Steering;
+use crate::app::scenes::skating::{Overlays, RinkSkater};
+use crate::engine::{AthleteInput, PerformSkill};
 use crate::skill::SKATING_SKILLS;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -23,7 +24,8 @@ pub(super) struct MenuData<'w, 's> {
     lab: ResMut<'w, FootLab>,
     crowd: Res<'w, CrowdCount>,
     cameras: Query<'w, 's, &'static mut OrbitCamera>,
-    steered: Query<'w, 's, &'static mut Steering>,
+    skaters: Query<'w, 's, (Entity, &'static mut AthleteInput), With<RinkSkater>>,
+    commands: Commands<'w, 's>,
 }
 
 /// The menu in the upper right corner.
@@ -44,8 +46,10 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
                     acts(ui, &mut chosen);
                     data.act.set_if_neq(chosen);
                     if chosen == Act::Steer {
-                        for mut steering in &mut data.steered {
-                            wishes(ui, &mut steering);
+                        for (skater, mut input) in &mut data.skaters {
+                            if let Some(name) = wishes(ui, &mut input) {
+                                data.commands.trigger(PerformSkill::new(skater, name));
+                            }
                         }
                     }
                     let mut overlays = *data.overlays;
@@ -95,26 +99,28 @@ pub(crate) fn acts(ui: &mut egui::Ui, chosen: &mut Act) {
     }
 }
 
-/// Wishes that need no keys: speed, turns and the jump.
-fn wishes(ui: &mut egui::Ui, steering: &mut Mut<Steering>) {
-    let mut speed = steering.speed;
+/// Wishes that need no keys: speed, turns and the jump; the skill that was asked for.
+fn wishes(ui: &mut egui::Ui, input: &mut Mut<AthleteInput>) -> Option<&'static str> {
+    let mut speed = input.speed.unwrap_or(2.5);
     if ui.add(egui::Slider::new(&mut speed, 1.0..=4.0).text("m/s")).changed() {
-        steering.speed = speed;
+        input.speed = Some(speed);
     }
-    moves(ui, steering);
+    moves(ui)
 }
 
-/// The turns and the jump as buttons.
-pub(super) fn moves(ui: &mut egui::Ui, steering: &mut Mut<Steering>) {
+/// The turns and the jump as buttons; the skill that was asked for.
+pub(super) fn moves(ui: &mut egui::Ui) -> Option<&'static str> {
+    let mut asked = None;
     ui.horizontal(|ui| {
         for (title, name) in
             [("Backwards", "forward_three_turn"), ("Forwards", "backward_three_turn"), ("Jump", "double_salchow")]
         {
             if ui.button(title).clicked() {
-                steering.perform = Some(name.into());
+                asked = Some(name);
             }
         }
     });
+    asked
 }
 
 /// Poses and the slope of the foot lab.

@@ -5,10 +5,12 @@
 //! | `options` | the command line, and the query of a page's address |
 //! | `window` | the Bevy app: plugins, quality, the camera |
 //! | `scenes/` | rink, foot lab, course, crowd: one state of the app each |
+//! | `stage` | what the scenes need of the command line |
 //! | `scene`, `headless` | a control on its character; the same without Bevy: summary table and storyboard |
 //! | `menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
 //! | `panels` | the panels of feature `ui`, opened as the command line asks |
-//! | `keys`, `touch`, `stick`, `pull` | keys, fingers as a mouse, a stick for thumbs, pulling at a limb |
+//! | `act` | what the skater on the rink does |
+//! | `keys`, `touch`, `stick`, `thumb`, `pull` | keys, fingers as a mouse, a stick for thumbs, pulling at a limb |
 //! | `news` | what has just happened, in words; who fell starts again |
 //! | `camera` | orbit, follow, free |
 //! | `props`, `rink`, `scenery` | ice, boards, hall, hills, light |
@@ -16,8 +18,9 @@
 //! | `screenshot` | renders some frames, saves a picture and ends |
 //! | `recorder`, `gif_file` | the same with many pictures, as an animated GIF |
 //! | `fonts` | the panels' letters, where egui's own set is left out |
-//! | `web` | wasm32: the demo in a page, and what it tells the page |
+//! | `page`, `web` | wasm32: the demo in a page, and what it tells the page |
 
+mod act;
 mod buttons;
 mod camera;
 #[cfg(not(feature = "fonts"))]
@@ -31,6 +34,8 @@ mod labels;
 mod menu;
 mod news;
 mod options;
+#[cfg(target_arch = "wasm32")]
+mod page;
 mod panel;
 mod panels;
 mod props;
@@ -44,25 +49,27 @@ mod scenery;
 mod scenes;
 mod screenshot;
 mod spray;
+mod stage;
 mod stick;
+mod thumb;
 mod touch;
 mod tracks;
 #[cfg(target_arch = "wasm32")]
 mod web;
 mod window;
 
+pub use act::Act;
 pub use buttons::buttons;
 pub use camera::{CameraMode, OrbitCamera};
 #[cfg(not(target_arch = "wasm32"))]
 pub use headless::{HeadlessError, Summary, run_headless, simulate};
 pub use keys::KEYS;
 pub use options::{DemoOptions, QueryError};
+#[cfg(target_arch = "wasm32")]
+pub use page::run_in_page;
 pub use panel::{PanelView, panel};
 pub use scene::{ControlScene, SceneError};
 pub use scenes::DemoScene;
-pub use scenes::skating::Act;
-#[cfg(target_arch = "wasm32")]
-pub use web::run_in_page;
 pub use window::run_window;
 
 #[cfg(not(target_arch = "wasm32"))]

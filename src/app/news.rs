@@ -1,6 +1,6 @@
 //! What has just happened, in words.
 
-use crate::app::scenes::skating::skill_title;
+use crate::app::act::skill_title;
 use crate::engine::{
     Athlete, AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, Landing,
     SkillStarted,
@@ -77,7 +77,7 @@ fn fell(
 ) {
     let Ok((body, settings)) = bodies.get(fall.entity) else { return };
     if is_alone(&athletes) {
-        let link = body.model().links.get(fall.link).map_or("", |link| link.name.as_str());
+        let link = fall.link.name(body.model()).unwrap_or_default();
         news.tell(format!("fell on the {}", link.replace('_', " ")));
     }
     // Who starts again at the end of a motion also gets up from a fall.

@@ -1,7 +1,7 @@
 //! Pulling at a link: the right mouse button, or a finger that comes down on a limb, takes hold; a spring of limited force
 //! follows the pointer.
 
-use crate::engine::{Athlete, AthleteBody, AthleteForce, AthleteForces, LinkPoses};
+use crate::engine::{Athlete, AthleteBody, AthleteForce, AthleteForces, LinkId, LinkPoses};
 use crate::model::Shape;
 use bevy::ecs::system::SystemParam;
 use bevy::input::touch::Touch;
@@ -194,7 +194,7 @@ fn pull(
         linear + angular.cross(pose.rotation * hold.position)
     };
     let force = ((wanted - point) * SPRING.0 - velocity * SPRING.1).clamp_length_max(MOST);
-    let force = AthleteForce { link: hold.link, position: hold.position, force, seconds: None };
+    let force = AthleteForce { link: LinkId::at(hold.link), position: hold.position, force, seconds: None };
     forces.push(force);
     *last = Some((hold.athlete, force));
     held.force = force.force.length();

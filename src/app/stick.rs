@@ -1,8 +1,11 @@
 //! A stick for thumbs: once a finger has touched the window of the rink, it lies in the lower right corner and steers the
 //! skater as the arrow keys do.
 
+use crate::app::act::Act;
 use crate::app::menu::moves;
-use crate::engine::Steering;
+use crate::app::scenes::skating::RinkSkater;
+use crate::app::thumb::ThumbStick;
+use crate::engine::PerformSkill;
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
 
@@ -14,15 +17,6 @@ pub const MARGIN: f32 = 22.0;
 const KNOB: f32 = 22.0;
 /// Part of the way within which the thumb rests.
 const DEAD: f32 = 0.15;
-
-/// What the thumb says.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ThumbStick {
-    /// A finger has been seen.
-    shown: bool,
-    /// To the right and up, each from -1 to 1; zero while it is let go.
-    pub value: Vec2,
-}
 
 /// Draws the stick and moves its knob; returns where it is: to the right and up, at most 1 from the middle.
 pub fn stick(ui: &mut egui::Ui) -> Vec2 {
@@ -45,7 +39,9 @@ pub(super) fn show_stick(
     mut contexts: EguiContexts,
     touches: Res<Touches>,
     mut thumb: ResMut<ThumbStick>,
-    mut steered: Query<&mut Steering>,
+    mut commands: Commands,
+    skaters: Query<Entity, With<RinkSkater>>,
+    act: Res<Act>,
 ) -> Result {
     let mut now = *thumb;
     now.shown |= touches.iter().next().is_some();
@@ -55,8 +51,10 @@ pub(super) fn show_stick(
         now.value = corner
             .show(contexts.ctx_mut()?, |ui| {
                 ui.with_layout(egui::Layout::top_down(egui::Align::Max), |ui| {
-                    for mut steering in &mut steered {
-                        moves(ui, &mut steering);
+                    if *act == Act::Steer
+                        && let Some(name) = moves(ui)
+                    {
+                        skaters.iter().for_each(|skater| commands.trigger(PerformSkill::new(skater, name)));
                     }
                     stick(ui)
                 })

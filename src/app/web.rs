@@ -1,4 +1,4 @@
-//! The demo in a page: options from its address, and what it tells the page.
+//! What the demo tells the page it is in.
 //!
 //! Once per frame `window.athlete` becomes an object with
 //!
@@ -15,36 +15,14 @@
 //!
 //! `bodies * simulated / spent` is the number of such athletes that one thread holds in real time.
 
+use crate::app::Act;
 use crate::app::pull::PointerPull;
-use crate::app::{Act, ControlScene, DemoOptions, run_window};
 use crate::engine::{Athlete, AthleteBody, PlaybackSpeed};
 use bevy::diagnostic::FrameCount;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
-use std::process::ExitCode;
 use web_sys::js_sys::{Object, Reflect};
-use web_sys::wasm_bindgen::{JsValue, throw_str};
-use web_sys::{UrlSearchParams, Window};
-
-/// Runs the demo in the page's canvas, with the options of the page's query. What is wrong with them is thrown to the
-/// page, which shows it.
-pub fn run_in_page() -> ExitCode {
-    let begun = web_sys::window().ok_or_else(|| "no window".to_owned()).and_then(|page| {
-        let options = DemoOptions::from_query(query(&page)).map_err(|e| e.to_string())?;
-        let scene = ControlScene::load(None).map_err(|e| e.to_string())?;
-        Ok(run_window(scene, &options))
-    });
-    begun.unwrap_or_else(|message| throw_str(&message))
-}
-
-/// Names and values of the query of the page's address.
-fn query(page: &Window) -> Vec<(String, String)> {
-    let search = page.location().search().unwrap_or_default();
-    let pairs = UrlSearchParams::new_with_str(&search).map(|query| query.entries());
-    let text = |pair: &JsValue, index: u32| Reflect::get_u32(pair, index).ok()?.as_string();
-    let pairs = pairs.into_iter().flatten().flatten();
-    pairs.filter_map(|pair| Some((text(&pair, 0)?, text(&pair, 1)?))).collect()
-}
+use web_sys::wasm_bindgen::JsValue;
 
 /// Tells the page what happens.
 pub(super) struct PagePlugin;

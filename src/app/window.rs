@@ -19,6 +19,7 @@ use crate::app::scenes::foot_lab::FootLabPlugin;
 use crate::app::scenes::skating::SkatingPlugin;
 use crate::app::screenshot::{PictureSource, Shot, image_target, take};
 use crate::app::spray::SprayPlugin;
+use crate::app::stage::Stage;
 use crate::app::stick::show_stick;
 use crate::app::touch::TouchPlugin;
 use crate::app::tracks::{Tracks, draw_tracks, leave_tracks};
@@ -40,17 +41,6 @@ use bevy_egui::input::{egui_wants_any_keyboard_input, egui_wants_any_pointer_inp
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 use std::process::ExitCode;
 use std::time::Duration;
-
-/// Simulated seconds per real second in slow motion.
-pub(super) const SLOW: f32 = 0.2;
-
-/// What the scenes need of the command line.
-#[derive(Resource)]
-pub(super) struct Stage {
-    pub control: ControlScene,
-    pub options: DemoOptions,
-    offscreen: bool,
-}
 
 /// Opens the window, or renders to a picture; returns when it is closed.
 pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {

@@ -6,7 +6,7 @@ use crate::control::tracking::Heading;
 use crate::math::RandomStream;
 use crate::model::SharedModel;
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{Disturbance, ProgramPlayer, TrialOptions, forbidden_points};
+use crate::skill::{Director, Disturbance, TrialOptions, forbidden_points};
 use glam::DVec3;
 
 /// How a performance went.
@@ -23,17 +23,17 @@ pub struct ProgramRun {
 /// Performs a program once; friction and start are drawn as `trial` says, from `seed` and the run's number. `look` is
 /// called after every step.
 pub fn run_program(
-    player: &mut ProgramPlayer,
+    director: &mut Director,
     model: &SharedModel,
     world: &World,
     trial: &TrialOptions,
     (seed, number): (u64, u64),
-    mut look: impl FnMut(&mut Simulator<f64>, &ProgramPlayer),
+    mut look: impl FnMut(&mut Simulator<f64>, &Director),
 ) -> Result<ProgramRun, PolicyError> {
     let settings = SimulationSettings::of(model);
     let mut sim = Simulator::<f64>::new(model.clone(), settings);
     let mut random = RandomStream::new(seed, 0x7072_6f67_0000 + number);
-    player.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
+    director.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
     let disturbance = Disturbance {
         joint: trial.joint_noise,
         joint_velocity: trial.joint_velocity_noise,
@@ -45,19 +45,21 @@ pub fn run_program(
     }
     sim.state_changed();
     let forbidden = forbidden_points(model);
-    let most = player.elements().iter().map(|e| e.seconds + 30.0).sum::<f64>();
+    let elements = director.as_program().map_or(&[][..], |program| program.elements());
+    let most = elements.iter().map(|e| e.seconds + 30.0).sum::<f64>();
     loop {
-        player.drive(&mut sim)?;
+        director.drive(&mut sim)?;
         step(&mut sim, world);
-        player.after_step(&sim);
-        look(&mut sim, player);
+        director.after_step(&sim);
+        look(&mut sim, director);
         let seconds = sim.state.time;
-        let run = |fell| ProgramRun { element: player.element(), fell, seconds };
+        let run =
+            |fell| ProgramRun { element: director.as_program().map_or(0, |program| program.element()), fell, seconds };
         let down = forbidden.iter().any(|&p| sim.contact_force(p, 0) != DVec3::ZERO);
         if down || !sim.is_sane(0) || sim.state.root_position.lane(0).y < trial.pelvis {
             return Ok(run(true));
         }
-        if player.is_finished() || seconds > most {
+        if director.is_finished() || seconds > most {
             return Ok(run(false));
         }
     }

@@ -98,7 +98,8 @@ impl<A: FileAsset> AssetLoader for FileLoader<A> {
     }
 }
 
-/// Asset types, their loaders, and the characters of the crate as `embedded://bevy_athlete/NAME.character.ron`.
+/// Asset types, their loaders, and the characters of the crate as `embedded://bevy_athlete/NAME.character.ron`; with the feature
+/// `skills` the skating skills as `embedded://bevy_athlete/skills/skating/NAME/NAME.skill.ron`, and their short program.
 ///
 /// Without an `AssetPlugin` before it (a server that adds its own files to nothing) only the types are missing: add
 /// `AssetPlugin` first.
@@ -119,6 +120,10 @@ impl Plugin for AthleteAssetPlugin {
             for (file, text) in PRESET_NAMES.iter().filter_map(|name| preset_source(name)) {
                 let path = Path::new("bevy_athlete").join(file);
                 embedded.insert_asset(PathBuf::from(file), &path, text.as_bytes());
+            }
+            #[cfg(feature = "skills")]
+            for (file, bytes) in super::embedded_skills::files() {
+                embedded.insert_asset(PathBuf::from(file), &Path::new("bevy_athlete").join(file), bytes);
             }
         }
     }

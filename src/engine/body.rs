@@ -1,18 +1,18 @@
 //! The simulation of one athlete.
 
 use crate::contact::BladeEdge;
+use crate::control::tracking::Heading;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, TrackingError, tracking_error};
-use crate::engine::driver::Driver;
-use crate::engine::performer::Performer;
+use crate::engine::controller::Controller;
+use crate::engine::event_detector::{BodyEvent, EventDetector};
 use crate::engine::step_clock::StepClock;
-use crate::engine::watch::{Happening, Watch};
-use crate::engine::{AthleteDetail, AthleteSettings, AthleteTargets, Placement, QuarantineReason};
+use crate::engine::{AthleteDetail, AthleteSettings, AthleteTargets, LinkId, Placement, QuarantineReason};
 use crate::math::{Quat, Vec3};
-use crate::model::{CharacterModel, LinkTransform, SharedModel};
+use crate::model::{LinkTransform, SharedModel};
 use crate::sim::{SimulationSettings, Simulator};
-use crate::skill::SkillPlayer;
+use crate::skill::{Director, DirectorEvent, Entry, NoEntry, SkillPlayer};
 use bevy::math::{DQuat, DVec3};
-use bevy::prelude::{Component, Transform};
+use bevy::prelude::{Component, Reflect, ReflectComponent, Transform};
 use std::sync::Arc;
 
 /// Whether a body is stepped.
@@ -28,15 +28,17 @@ pub enum BodyStatus {
 /// The simulation of one athlete: scalar f64, unfused, the same bits everywhere.
 ///
 /// Added by the plugin once the athlete's files have arrived.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component)]
 pub struct AthleteBody {
     pub(super) simulator: Simulator<f64>,
     pub(super) placement: Placement,
-    pub(super) driver: Driver,
-    /// The driver as it was given, for snapshots.
-    pub(super) given: Arc<Driver>,
+    pub(super) controller: Controller,
+    /// The controller as it was given, for snapshots.
+    pub(super) given: Arc<Controller>,
     pub(super) clock: StepClock,
-    pub(super) watch: Watch,
+    pub(super) detector: EventDetector,
     pub(super) quarantine: Option<QuarantineReason>,
     /// Set by a reset: nothing is interpolated across it.
     pub(super) jumped: bool,
@@ -45,7 +47,9 @@ pub struct AthleteBody {
     pub(super) last_tick: f64,
     /// A reset was asked for, maybe to another place.
     pub(super) reset_request: Option<Option<Transform>>,
-    pub(super) happened: Vec<Happening>,
+    /// Skills that were asked for since the last tick.
+    pub(super) requests: Vec<String>,
+    pub(super) events: Vec<BodyEvent>,
     /// Name of the skill that was told to have begun.
     pub(super) performs: Option<String>,
 }
@@ -55,18 +59,19 @@ impl AthleteBody {
     pub fn new(model: SharedModel, placement: Placement) -> Self {
         let settings = SimulationSettings::of(&model);
         let mut body = Self {
-            watch: Watch::new(&model),
+            detector: EventDetector::new(&model),
             simulator: Simulator::new(model, settings),
             placement,
-            driver: Driver::Hold,
-            given: Arc::new(Driver::Hold),
+            controller: Controller::Hold,
+            given: Arc::new(Controller::Hold),
             clock: StepClock::default(),
             quarantine: None,
             jumped: true,
             detail: AthleteDetail::Full,
             last_tick: 0.0,
             reset_request: None,
-            happened: Vec::with_capacity(8),
+            requests: Vec::new(),
+            events: Vec::with_capacity(8),
             performs: None,
         };
         body.reset();
@@ -84,6 +89,10 @@ impl AthleteBody {
     /// The character.
     pub fn model(&self) -> &SharedModel {
         self.simulator.model()
+    }
+    /// The link of this name.
+    pub fn link(&self, name: &str) -> Option<LinkId> {
+        LinkId::of(self.model(), name)
     }
     /// Where its own frame lies.
     pub fn placement(&self) -> &Placement {
@@ -111,8 +120,8 @@ impl AthleteBody {
     }
     /// Seconds since the control ended, s; `None` while it plays, or without one.
     pub fn since_control_end(&self) -> Option<f64> {
-        match &self.driver {
-            Driver::Play { finished: Some(at), .. } | Driver::Perform { finished: Some(at), .. } => {
+        match &self.controller {
+            Controller::Play { finished: Some(at), .. } | Controller::Direct { finished: Some(at), .. } => {
                 Some(self.time() - at)
             }
             _ => None,
@@ -120,26 +129,26 @@ impl AthleteBody {
     }
     /// Length of the control that plays, s.
     pub fn control_seconds(&self) -> Option<f64> {
-        match &self.driver {
-            Driver::Play { player, .. } => Some(player.reference().duration()),
-            Driver::Hold | Driver::Perform { .. } => None,
+        match &self.controller {
+            Controller::Play { player, .. } => Some(player.reference().duration()),
+            Controller::Hold | Controller::Direct { .. } => None,
         }
     }
 
     /// The player of the trained skill that is performed.
     pub fn skill_player(&self) -> Option<&SkillPlayer> {
-        match &self.driver {
-            Driver::Perform { performer, .. } => Some(performer.player()),
+        match &self.controller {
+            Controller::Direct { director, .. } => Some(director.player()),
             _ => None,
         }
     }
 
     /// Deviation from the reference of the control that plays or the skill that is performed, at the present time.
     pub fn tracking_error(&self) -> Option<TrackingError> {
-        let pose = match &self.driver {
-            Driver::Hold => return None,
-            Driver::Play { player, .. } => &player.reference().at(self.time()).pose,
-            Driver::Perform { performer, .. } => &performer.player().reference_pose(),
+        let pose = match &self.controller {
+            Controller::Hold => return None,
+            Controller::Play { player, .. } => &player.reference().at(self.time()).pose,
+            Controller::Direct { director, .. } => &director.player().reference_pose(),
         };
         Some(tracking_error(&self.simulator, 0, pose))
     }
@@ -148,13 +157,13 @@ impl AthleteBody {
     /// last fixed tick, world frame, by link index; false and an empty list without either.
     pub fn reference_links(&self, t: f64, out: &mut Vec<LinkTransform>) -> bool {
         out.clear();
-        let player = match &self.driver {
-            Driver::Hold => return false,
-            Driver::Perform { performer, .. } => {
-                performer.player().reference_pose().link_transforms(self.model(), out);
+        let player = match &self.controller {
+            Controller::Hold => return false,
+            Controller::Direct { director, .. } => {
+                director.player().reference_pose().link_transforms(self.model(), out);
                 return true;
             }
-            Driver::Play { player, .. } => player,
+            Controller::Play { player, .. } => player,
         };
         let reference = player.reference();
         let next = reference.at(t + 1.0 / reference.tick_rate);
@@ -168,34 +177,98 @@ impl AthleteBody {
     pub fn play(&mut self, control: Arc<ReconstructedControl>) -> Result<(), ControlError> {
         let placed = self.placement;
         let player = ControlPlayer::new(&placed.move_control(&control), self.simulator.model())?;
-        self.give(Driver::Play { control, player, placed, finished: None });
+        self.give(Controller::Play { control, player, placed, finished: None });
         self.reset();
         Ok(())
     }
 
     /// Makes trained skills drive the body, from their start on.
-    pub(super) fn perform(&mut self, performer: Performer) {
-        self.give(Driver::Perform { performer, finished: None });
+    pub fn direct(&mut self, director: Director) {
+        self.give(Controller::Direct { director: Box::new(director), finished: None });
         self.reset();
     }
 
-    fn give(&mut self, driver: Driver) {
-        self.given = Arc::new(driver.clone());
-        self.driver = driver;
+    fn give(&mut self, controller: Controller) {
+        self.refuse_request(NoEntry::Restarted);
+        self.given = Arc::new(controller.clone());
+        self.controller = controller;
     }
 
-    /// What performs trained skills, to tell it of wishes.
-    pub(super) fn performer_mut(&mut self) -> Option<&mut Performer> {
-        match &mut self.driver {
-            Driver::Perform { performer, .. } => Some(performer),
+    /// What chooses the trained skills that are performed.
+    pub fn director(&self) -> Option<&Director> {
+        match &self.controller {
+            Controller::Direct { director, .. } => Some(director),
             _ => None,
+        }
+    }
+
+    pub(super) fn director_mut(&mut self) -> Option<&mut Director> {
+        match &mut self.controller {
+            Controller::Direct { director, .. } => Some(director),
+            _ => None,
+        }
+    }
+
+    /// When a skill would begin, were it asked for now ([`PerformSkill`](super::PerformSkill)).
+    pub fn entry(&mut self, skill: &str) -> Entry {
+        match &self.controller {
+            _ if self.quarantine.is_some() => Entry::Never(NoEntry::NotSimulated),
+            Controller::Direct { director, .. } => director.entry(&mut self.simulator, skill),
+            Controller::Hold | Controller::Play { .. } => Entry::Never(NoEntry::NotSteered),
+        }
+    }
+
+    /// Answers what was asked for since the last tick.
+    pub(super) fn answer_requests(&mut self) {
+        let time = self.time();
+        for skill in std::mem::take(&mut self.requests) {
+            let reason = match &mut self.controller {
+                _ if self.quarantine.is_some() => NoEntry::NotSimulated,
+                Controller::Direct { director, .. } => {
+                    director.request(&mut self.simulator, &skill);
+                    continue;
+                }
+                Controller::Hold | Controller::Play { .. } => NoEntry::NotSteered,
+            };
+            self.events.push(BodyEvent::SkillRefused { time, skill, reason });
+        }
+        self.collect_events();
+    }
+
+    /// Tells whoever asked for a skill that it will not begin.
+    fn refuse_request(&mut self, reason: NoEntry) {
+        let time = self.time();
+        if let Some(director) = self.director_mut()
+            && let Some(skill) = director.drop_request()
+        {
+            self.events.push(BodyEvent::SkillRefused { time, skill, reason });
+        }
+    }
+
+    /// Takes over what the director did.
+    pub(super) fn collect_events(&mut self) {
+        let time = self.simulator.state.time;
+        let Controller::Direct { director, .. } = &mut self.controller else { return };
+        while let Some(event) = director.take_event() {
+            match event {
+                DirectorEvent::Began(skill) => {
+                    let skill = director.graph().skills()[skill].name().to_owned();
+                    let before = self.performs.replace(skill.clone());
+                    self.events.extend(before.map(|skill| BodyEvent::SkillEnded { time, skill }));
+                    self.events.push(BodyEvent::SkillStarted { time, skill });
+                }
+                DirectorEvent::Refused { skill, reason } => {
+                    self.events.push(BodyEvent::SkillRefused { time, skill, reason });
+                }
+                DirectorEvent::Ended => {}
+            }
         }
     }
 
     /// Lets go of a control; the joints keep their present targets, standing still.
     pub fn hold(&mut self) {
-        if !matches!(self.driver, Driver::Hold) {
-            self.give(Driver::Hold);
+        if !matches!(self.controller, Controller::Hold) {
+            self.give(Controller::Hold);
         }
         still(&mut self.simulator);
     }
@@ -203,7 +276,7 @@ impl AthleteBody {
     /// Moves the place it starts from; acts at the next reset.
     pub fn set_placement(&mut self, placement: Placement) {
         self.placement = placement;
-        self.driver.place(&placement, &self.simulator);
+        self.controller.place(&placement, &self.simulator);
     }
 
     /// Back to the first pose of the control, or to rest in the zero pose; lifts a quarantine.
@@ -214,21 +287,23 @@ impl AthleteBody {
             // Commands and pushes may be what made it go bad.
             self.simulator = Simulator::new(model.clone(), settings);
         }
-        match &mut self.driver {
-            Driver::Play { control, player, finished, .. } => {
+        match &mut self.controller {
+            Controller::Play { control, player, finished, .. } => {
                 *finished = None;
                 self.simulator.set_settings(SimulationSettings { rate: control.rate, ..settings });
                 player.restart(&mut self.simulator);
             }
-            Driver::Perform { performer, finished } => {
+            Controller::Direct { director, finished } => {
                 *finished = None;
                 self.performs = None;
                 self.simulator.set_settings(SimulationSettings { rate: model.step_rate, ..settings });
-                performer.begin(&mut self.simulator, &self.placement);
+                let heading = Heading::of(Quat::<f64>::splat(self.placement.heading));
+                self.simulator.state.time = 0.0;
+                director.begin(&mut self.simulator, heading, self.placement.point(DVec3::ZERO));
                 // At the start of a decision every rate that fits can be gone to.
-                performer.set_rate(model.step_rate);
+                director.set_rate(model.step_rate);
             }
-            Driver::Hold => {
+            Controller::Hold => {
                 let mut fresh: Simulator<f64> =
                     Simulator::new(model.clone(), SimulationSettings { rate: model.step_rate, ..settings });
                 let height = DVec3::new(0.0, model.rest_root_height(), 0.0);
@@ -240,14 +315,14 @@ impl AthleteBody {
         }
         self.quarantine = None;
         self.clock = StepClock::default();
-        self.watch.restart();
+        self.detector.restart();
         self.jumped = true;
     }
 
     /// Hands the targets of a user to the servos.
     pub(super) fn take_targets(&mut self, targets: &AthleteTargets) {
-        if !matches!(self.driver, Driver::Hold) {
-            self.give(Driver::Hold);
+        if !matches!(self.controller, Controller::Hold) {
+            self.give(Controller::Hold);
         }
         for (i, command) in self.simulator.commands.iter_mut().enumerate().skip(1) {
             if let Some(rotation) = targets.rotations.get(i) {
@@ -295,11 +370,4 @@ pub(super) fn still(simulator: &mut Simulator<f64>) {
     for command in &mut simulator.commands {
         command.velocity = Vec3::zero();
     }
-}
-
-/// Standing height of the centre of mass above the lowest contact point in the zero pose, m.
-pub(super) fn standing_height(model: &CharacterModel) -> f64 {
-    let places = model.rest_positions();
-    let moment: f64 = model.links.iter().zip(&places).map(|(l, p)| l.mass * (p.y + l.com.y)).sum();
-    model.rest_root_height() + moment / model.mass()
 }

@@ -3,7 +3,7 @@
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{ContactSettings, SelfCollisionSettings};
 use crate::dynamics::LimitSpring;
-use crate::engine::driver::Driver;
+use crate::engine::controller::Controller;
 use crate::engine::step_clock::StepClock;
 use crate::engine::{AthleteBody, AthleteDetail, QuarantineReason};
 use crate::math::{Quat, Vec3};
@@ -30,16 +30,18 @@ impl AthleteBody {
         out.rotation(self.placement.heading);
         write_simulator(&self.simulator, out);
         out.long(self.clock.remainder);
-        self.watch.write_state(out);
+        self.detector.write_state(out);
         out.option(self.quarantine, |out, reason| out.byte(number_of(&REASONS, &reason)));
         out.byte(number_of(&DETAILS, &self.detail));
         out.option(self.performs.as_deref(), StateWriter::text);
         out.option(self.reset_request, |out, place| out.option(place, write_transform));
-        out.byte(kind(&self.driver));
-        self.driver.write_state(out);
+        out.count(self.requests.len());
+        self.requests.iter().for_each(|skill| out.text(skill));
+        out.byte(kind(&self.controller));
+        self.controller.write_state(out);
     }
 
-    /// Goes to where a body of the same character with the same driver was. After an error the body is neither here
+    /// Goes to where a body of the same character with the same controller was. After an error the body is neither here
     /// nor there.
     pub(super) fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
         self.placement.position = from.vector("placement")?;
@@ -54,30 +56,34 @@ impl AthleteBody {
             return Err(StateError::value("clock", remainder, format!("up to {}", StepClock::MOST)));
         }
         self.clock.remainder = remainder;
-        self.watch.read_state(from)?;
+        self.detector.read_state(from)?;
         self.quarantine = from.option("quarantine", |from| one_of(&REASONS, "reason of the quarantine", from))?;
         self.detail = one_of(&DETAILS, "level of detail", from)?;
         self.performs = from.option("skill", |from| from.text("skill"))?;
         self.reset_request = from.option("reset", |from| from.option("place of the reset", read_transform))?;
-        let (found, own) = (from.byte("kind of driver")?, kind(&self.driver));
-        if found != own {
-            return Err(StateError::value("kind of driver", found, own));
+        self.requests.clear();
+        for _ in 0..from.below("number of requests", 1 << 16)? {
+            self.requests.push(from.text("skill that was asked for")?);
         }
-        self.driver.place(&self.placement, &self.simulator);
-        self.driver.read_state(from)?;
+        let (found, own) = (from.byte("kind of controller")?, kind(&self.controller));
+        if found != own {
+            return Err(StateError::value("kind of controller", found, own));
+        }
+        self.controller.place(&self.placement, &self.simulator);
+        self.controller.read_state(from)?;
         from.end()?;
         self.jumped = true;
         self.last_tick = 0.0;
-        self.happened.clear();
+        self.events.clear();
         Ok(())
     }
 }
 
-fn kind(driver: &Driver) -> u8 {
-    match driver {
-        Driver::Hold => 0,
-        Driver::Play { .. } => 1,
-        Driver::Perform { .. } => 2,
+fn kind(controller: &Controller) -> u8 {
+    match controller {
+        Controller::Hold => 0,
+        Controller::Play { .. } => 1,
+        Controller::Direct { .. } => 2,
     }
 }
 

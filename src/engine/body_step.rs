@@ -6,10 +6,10 @@
 use crate::contact::Terrain;
 use crate::control::tracking::{AllLanes, OneLane};
 use crate::engine::body::still;
-use crate::engine::driver::Driver;
+use crate::engine::controller::Controller;
+use crate::engine::event_detector::{BodyEvent, Touches};
 use crate::engine::ground::Ground;
 use crate::engine::quarantine::bad_input;
-use crate::engine::watch::{Happening, Touches};
 use crate::engine::{AthleteBody, AthleteDetail, AthleteSettings, QuarantineReason};
 use crate::math::{Real, Vec3};
 use crate::sim::{Simulator, step};
@@ -20,7 +20,7 @@ impl AthleteBody {
     pub(super) fn stop(&mut self, reason: QuarantineReason) {
         if self.quarantine.is_none() {
             self.quarantine = Some(reason);
-            self.happened.push(Happening::Quarantined { time: self.simulator.state.time, reason });
+            self.events.push(BodyEvent::Quarantined { time: self.simulator.state.time, reason });
         }
     }
 
@@ -44,12 +44,12 @@ impl AthleteBody {
 
     /// Goes on at the rate of its level of detail, as soon as that can be done without a seam.
     fn follow_detail(&mut self) {
-        if matches!(self.driver, Driver::Play { .. }) {
+        if matches!(self.controller, Controller::Play { .. }) {
             return;
         }
         let part = if self.detail == AthleteDetail::Reduced { AthleteDetail::REDUCED_RATE } else { 1.0 };
         let (now, wanted) = (self.simulator.settings().rate, self.model().step_rate * part);
-        if now != wanted && self.driver.set_rate(wanted) {
+        if now != wanted && self.controller.set_rate(wanted) {
             self.simulator.change_rate(wanted);
             self.clock.change_rate(now, wanted);
         }
@@ -58,29 +58,29 @@ impl AthleteBody {
     /// Gets ready for the decision before the coming step; false if there is none to make. The simulator has to be up to
     /// date where there is.
     pub(super) fn prepare_decision(&mut self) -> bool {
-        if self.quarantine.is_some() || !self.driver.at_decision() {
+        if self.quarantine.is_some() || !self.controller.at_decision() {
             return false;
         }
         if !self.simulator.is_sane(0) {
             self.stop(self.what_went_wrong());
             return false;
         }
-        let Driver::Perform { performer, .. } = &mut self.driver else { return false };
-        performer.prepare(&mut self.simulator);
+        let Controller::Direct { director, .. } = &mut self.controller else { return false };
+        director.prepare(&mut self.simulator);
         true
     }
 
     /// Lets the policy look at the body as it is in lane `lane` of `sim`, kinematics up to date.
     pub(super) fn observe<R: Real>(&mut self, sim: &Simulator<R>, lane: usize, com_velocity: Vec3<R>) {
-        if let Driver::Perform { performer, .. } = &mut self.driver {
-            performer.player_mut().observe(&OneLane::of(sim, lane, com_velocity));
+        if let Controller::Direct { director, .. } = &mut self.controller {
+            director.player_mut().observe(&OneLane::of(sim, lane, com_velocity));
         }
     }
 
     /// Decides about what was observed, alone.
     pub(super) fn decide_alone(&mut self) {
-        let Some(performer) = self.performer_mut() else { return };
-        let player = performer.player_mut();
+        let Some(director) = self.director_mut() else { return };
+        let player = director.player_mut();
         if player.decide_alone().is_err() || player.bad_action() {
             self.stop(QuarantineReason::Policy);
         }
@@ -88,8 +88,8 @@ impl AthleteBody {
 
     /// Decides what the policy said about what was observed; `None` if it could not be asked.
     pub(super) fn decide(&mut self, action: Option<&[f32]>) {
-        let Some(performer) = self.performer_mut() else { return };
-        let player = performer.player_mut();
+        let Some(director) = self.director_mut() else { return };
+        let player = director.player_mut();
         if let Some(action) = action {
             player.decide(action);
         }
@@ -100,7 +100,7 @@ impl AthleteBody {
 
     /// Sets the targets of the coming step; true if any changed.
     pub(super) fn drive(&mut self) -> bool {
-        self.quarantine.is_none() && self.driver.drive(&mut self.simulator)
+        self.quarantine.is_none() && self.controller.drive(&mut self.simulator)
     }
 
     /// Looks at the step that lane `lane` of `sim` has done for this body.
@@ -113,39 +113,37 @@ impl AthleteBody {
     ) {
         self.simulator.state.time += self.simulator.step_seconds();
         let time = self.simulator.state.time;
-        self.watch.observe(sim, lane, time, touches, surroundings, &mut self.happened);
+        self.detector.observe(sim, lane, time, touches, surroundings, &mut self.events);
     }
 
-    /// Whether the driver looks at the state after this step.
+    /// Whether the controller looks at the state after this step.
     pub(super) fn looks_at_state(&self) -> bool {
-        self.driver.at_decision()
+        self.controller.at_decision()
     }
 
-    /// Lets the driver move on after a step; true if it changed targets.
+    /// Lets the controller move on after a step; true if it changed targets.
     pub(super) fn after_step(&mut self) -> bool {
+        if let Controller::Direct { director, .. } = &mut self.controller {
+            director.after_step(&self.simulator);
+        }
+        self.collect_events();
         let time = self.simulator.state.time;
-        match &mut self.driver {
-            Driver::Perform { performer, finished } => {
-                performer.after_step(&self.simulator);
-                if let Some(skill) = performer.take_begun() {
-                    let before = self.performs.replace(skill.clone());
-                    self.happened.extend(before.map(|skill| Happening::SkillEnded { time, skill }));
-                    self.happened.push(Happening::SkillStarted { time, skill });
-                }
-                if finished.is_none() && performer.is_finished() {
+        match &mut self.controller {
+            Controller::Direct { director, finished } => {
+                if finished.is_none() && director.is_finished() {
                     *finished = Some(time);
-                    self.happened.extend(self.performs.take().map(|skill| Happening::SkillEnded { time, skill }));
-                    self.happened.push(Happening::Finished { time });
+                    self.events.extend(self.performs.take().map(|skill| BodyEvent::SkillEnded { time, skill }));
+                    self.events.push(BodyEvent::Finished { time });
                 }
                 false
             }
-            Driver::Play { player, finished, .. } if finished.is_none() && player.is_finished() => {
+            Controller::Play { player, finished, .. } if finished.is_none() && player.is_finished() => {
                 *finished = Some(time);
                 still(&mut self.simulator);
-                self.happened.push(Happening::Finished { time });
+                self.events.push(BodyEvent::Finished { time });
                 true
             }
-            Driver::Hold | Driver::Play { .. } => false,
+            Controller::Hold | Controller::Play { .. } => false,
         }
     }
 
@@ -153,8 +151,8 @@ impl AthleteBody {
     pub(super) fn step_alone(&mut self, due: u32, ground: &mut impl Ground) {
         for _ in 0..due {
             if self.prepare_decision() {
-                if let Driver::Perform { performer, .. } = &mut self.driver {
-                    performer.player_mut().observe(&AllLanes::of(&mut self.simulator));
+                if let Controller::Direct { director, .. } = &mut self.controller {
+                    director.player_mut().observe(&AllLanes::of(&mut self.simulator));
                 }
                 self.decide_alone();
             }
@@ -164,9 +162,9 @@ impl AthleteBody {
             }
             step(&mut self.simulator, ground);
             ground.stepped(&self.simulator);
-            let touches = Touches::of(&self.simulator, &self.watch);
+            let touches = Touches::of(&self.simulator, &self.detector);
             let time = self.simulator.state.time;
-            self.watch.observe(&mut self.simulator, 0, time, &touches, ground, &mut self.happened);
+            self.detector.observe(&mut self.simulator, 0, time, &touches, ground, &mut self.events);
             self.after_step();
         }
     }

@@ -1,8 +1,7 @@
 //! What users put on entities, and the world resource.
 
 use crate::contact::World as Surroundings;
-use crate::engine::{AthleteForces, CharacterAsset, ControlAsset, LinkPoses};
-use bevy::math::{DQuat, DVec3};
+use crate::engine::{AthleteController, AthleteForces, AthleteInput, AthleteSettings, CharacterAsset, LinkPoses};
 use bevy::prelude::*;
 
 /// Spawns an athlete: the character it is.
@@ -10,94 +9,29 @@ use bevy::prelude::*;
 /// Everything else comes by required components; replace those you want different.
 #[derive(Component, Clone, Debug, Reflect)]
 #[reflect(Component)]
-#[require(Transform, AthleteController, AthleteForces, AthleteSettings, LinkPoses)]
+#[require(Transform, AthleteController, AthleteInput, AthleteForces, AthleteSettings, LinkPoses)]
 #[cfg_attr(feature = "render", require(Visibility, crate::engine::AthleteLook))]
 pub struct Athlete(pub Handle<CharacterAsset>);
 
-/// What tells the joints of an athlete where to go. Change it at any time; a control starts from its beginning, with the
-/// athlete put into its first pose.
-#[derive(Component, Clone, Debug, Default, Reflect)]
-#[reflect(Component, Default)]
-pub enum AthleteController {
-    /// Hold the present targets: at spawn, the zero pose of the character file.
-    #[default]
-    Hold,
-    /// Play a control from its first pose on.
-    Play(Handle<ControlAsset>),
-    /// Take the targets from the component [`AthleteTargets`] in every fixed tick.
-    External,
-}
-
-/// Joint targets set by you. They are read in [`AthleteSystems::Control`](super::AthleteSystems::Control), so write them in
-/// `FixedUpdate`.
-#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
-#[reflect(Component, Default)]
-pub struct AthleteTargets {
-    /// Target rotation of each link against its parent by link index, child axes to parent axes; entry 0 is unused. Links
-    /// beyond the end keep their target.
-    pub rotations: Vec<DQuat>,
-    /// Target angular velocity of each link against its parent by link index, child axes, rad/s; zero beyond the end.
-    pub velocities: Vec<DVec3>,
-}
-
-/// With how many digits an athlete is simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
-#[reflect(Default)]
-pub enum AthletePrecision {
-    /// f64, up to four athletes in lanes.
-    #[default]
-    Double,
-    /// f32, up to eight athletes in lanes: for crowds, nearly twice as many. It is the precision that policies are trained in.
-    /// Places are exact to 0.03 mm at 500 m from the origin. The bits are other ones than with `Double`. As there they do not
-    /// depend on the threads or on who else is there; but products and sums are fused where the processor can, as in
-    /// training, so they are those of another machine only if both were built for the same instruction set.
-    ///
-    /// An athlete that holds on to something, is pushed by [`AthleteForces`](super::AthleteForces), or stands on a ground of
-    /// its own is simulated in f64 meanwhile.
-    Single,
-}
-
-/// Switches of one athlete.
-#[derive(Component, Clone, Debug, PartialEq, Reflect)]
-#[reflect(Component, Default)]
-pub struct AthleteSettings {
-    /// Stops this athlete alone; for all of them see [`PlaybackSpeed`](super::PlaybackSpeed).
-    pub paused: bool,
-    /// Whether poses between fixed ticks are interpolated. Without, they move in steps of the fixed timestep.
-    pub interpolate: bool,
-    /// Links that are not neighbours push each other apart.
-    pub self_collision: bool,
-    /// Joints resist leaving their range.
-    pub joint_limits: bool,
-    /// Factor on every friction coefficient (finite, not negative).
-    pub friction_scale: f32,
-    /// Starts the control again this many simulated seconds after its end, s; `None` holds the last targets.
-    pub restart_after: Option<f32>,
-    /// With how many digits it is simulated.
-    pub precision: AthletePrecision,
-}
-
-impl Default for AthleteSettings {
-    fn default() -> Self {
-        Self {
-            paused: false,
-            interpolate: true,
-            self_collision: true,
-            joint_limits: true,
-            friction_scale: 1.0,
-            restart_after: None,
-            precision: AthletePrecision::Double,
-        }
-    }
-}
-
-/// What all athletes stand on: level ice at y = 0 unless you replace it. Move solids in
+/// What athletes stand on: level ground at y = 0 unless you replace it, with [`AthleteWorld::ice`] for one. Athletes in an
+/// arena of their own ([`InArena`](super::InArena)) stand on that. Move solids in
 /// [`AthleteSystems::ReadWorld`](super::AthleteSystems::ReadWorld).
 #[derive(Resource, Clone, Debug, Deref, DerefMut)]
 pub struct AthleteWorld(pub Surroundings);
 
 impl Default for AthleteWorld {
     fn default() -> Self {
+        Self::ground()
+    }
+}
+
+impl AthleteWorld {
+    /// Level ground at y = 0.
+    pub fn ground() -> Self {
+        Self(Surroundings::ground())
+    }
+    /// Level ice at y = 0.
+    pub fn ice() -> Self {
         Self(Surroundings::ice())
     }
 }

@@ -1,7 +1,7 @@
 //! Figures of the simulation in Bevy's `DiagnosticsStore`.
 
 use crate::engine::AthleteSystems;
-use crate::engine::plugin::on_main_thread;
+use crate::engine::schedule::on_main_thread;
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 

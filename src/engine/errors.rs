@@ -2,10 +2,15 @@
 
 use crate::asset::AssetError;
 use crate::asset::bone_map::BoneMapError;
-use crate::control::ControlError;
+use crate::asset::clip::ClipError;
+use crate::control::{ControlError, PolicyError};
+use crate::model::KeyPoseError;
+use crate::skill::{GraphError, ProgramError, SkillError, TrainedSkillError};
+use bevy::asset::{AssetLoadError, ReadAssetBytesError};
 use bevy::prelude::*;
+use std::sync::Arc;
 
-/// Why a character or control file could not become an asset.
+/// Why a file could not become an asset.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -31,18 +36,74 @@ pub enum LoadError {
         /// What is wrong with it.
         source: Box<ControlError>,
     },
-    /// A skill, its motion or its policy, or a program, cannot be used.
-    #[error("{file}: {message}")]
-    Skill {
+    /// A file that belongs to a skill could not be read.
+    #[error("{file}: {source}")]
+    Part {
+        /// The asset's path.
+        file: String,
+        /// What the asset server said.
+        source: Box<ReadAssetBytesError>,
+    },
+    /// The description of a skill cannot be used; the message names the file.
+    #[error(transparent)]
+    Skill(Box<SkillError>),
+    /// The motion of a skill is no clip.
+    #[error("{file}: {source}")]
+    Clip {
         /// The asset's path.
         file: String,
         /// What is wrong with it.
-        message: String,
+        source: Box<ClipError>,
+    },
+    /// The motion of a skill is no key poses; the message names the file.
+    #[error(transparent)]
+    KeyPoses(Box<KeyPoseError>),
+    /// The policy of a skill cannot be used; the message names the file.
+    #[error(transparent)]
+    Policy(Box<PolicyError>),
+    /// The program cannot be used; the message names the file.
+    #[error(transparent)]
+    Program(Box<ProgramError>),
+}
+
+/// Why a skill does not fit a body.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkillMisfit {
+    /// Its motion cannot be laid out for the body.
+    #[error("the skill {skill} does not fit {character}: {source}")]
+    Motion {
+        /// The skill.
+        skill: String,
+        /// The character of the body.
+        character: String,
+        /// Why.
+        source: Box<KeyPoseError>,
+    },
+    /// Its parts do not fit the body or each other.
+    #[error("the skill {skill} does not fit {character}: {source}")]
+    Parts {
+        /// The skill.
+        skill: String,
+        /// The character of the body.
+        character: String,
+        /// Why.
+        source: Box<TrainedSkillError>,
+    },
+    /// It was made for another body, and its files are not at hand.
+    #[error(
+        "the skill {skill} was made for another body than this {character}; valid: one with the same links and masses"
+    )]
+    OtherBody {
+        /// The skill.
+        skill: String,
+        /// The character of the body.
+        character: String,
     },
 }
 
 /// Why an athlete, its controller or its placement was refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AthleteRefusal {
     /// Athletes have the size of their character file.
@@ -61,21 +122,74 @@ pub enum AthleteRefusal {
         /// The rotation found.
         rotation: Quat,
     },
-    /// The character or control file could not be loaded.
-    #[error("a file could not be loaded: {message}")]
-    Load {
-        /// The loader's message, with the file's name.
-        message: String,
-    },
-    /// The control, the skill or the program does not fit the character.
-    #[error("{message}")]
-    Control {
-        /// What does not fit.
-        message: String,
-    },
+    /// A file could not be loaded; the message names it.
+    #[error("a file could not be loaded: {0}")]
+    Load(Arc<AssetLoadError>),
+    /// The control does not fit the character.
+    #[error("{0}")]
+    Control(Arc<ControlError>),
+    /// A skill does not fit the character.
+    #[error("{0}")]
+    Skill(Arc<SkillMisfit>),
+    /// The program cannot be performed.
+    #[error("{0}")]
+    Program(Arc<ProgramError>),
+    /// The skills cannot follow each other, or not at the character's steps per second.
+    #[error("{0}")]
+    Graph(Arc<GraphError>),
+}
+
+impl From<SkillError> for LoadError {
+    fn from(error: SkillError) -> Self {
+        Self::Skill(Box::new(error))
+    }
+}
+
+impl From<KeyPoseError> for LoadError {
+    fn from(error: KeyPoseError) -> Self {
+        Self::KeyPoses(Box::new(error))
+    }
+}
+
+impl From<PolicyError> for LoadError {
+    fn from(error: PolicyError) -> Self {
+        Self::Policy(Box::new(error))
+    }
+}
+
+impl From<ProgramError> for LoadError {
+    fn from(error: ProgramError) -> Self {
+        Self::Program(Box::new(error))
+    }
+}
+
+impl From<ControlError> for AthleteRefusal {
+    fn from(error: ControlError) -> Self {
+        Self::Control(Arc::new(error))
+    }
+}
+
+impl From<SkillMisfit> for AthleteRefusal {
+    fn from(error: SkillMisfit) -> Self {
+        Self::Skill(Arc::new(error))
+    }
+}
+
+impl From<ProgramError> for AthleteRefusal {
+    fn from(error: ProgramError) -> Self {
+        Self::Program(Arc::new(error))
+    }
+}
+
+impl From<GraphError> for AthleteRefusal {
+    fn from(error: GraphError) -> Self {
+        Self::Graph(Arc::new(error))
+    }
 }
 
 /// Marks an athlete that was refused: it is not simulated. Mend what the reason names and remove this component to try
 /// again.
-#[derive(Component, Clone, Debug, PartialEq)]
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component)]
 pub struct Refused(pub AthleteRefusal);

@@ -2,7 +2,8 @@
 //! with `app.add_observer` or `entity.observe`); both arrive in the fixed tick it happened in.
 
 use crate::contact::BladeEdge;
-use crate::engine::{AthleteRefusal, QuarantineReason};
+use crate::engine::{AthleteRefusal, LinkId, QuarantineReason};
+use crate::skill::NoEntry;
 use bevy::math::DVec3;
 use bevy::prelude::*;
 
@@ -12,7 +13,7 @@ use bevy::prelude::*;
 pub struct AthleteReset {
     /// The athlete.
     pub entity: Entity,
-    /// A new place to start from; `None` keeps the one it has.
+    /// A new place to start from, in the world; `None` keeps the one it has.
     pub placement: Option<Transform>,
 }
 
@@ -21,10 +22,17 @@ impl AthleteReset {
     pub fn new(entity: Entity) -> Self {
         Self { entity, placement: None }
     }
-    /// To the start of its control at another place.
+    /// To the start of its control at another place in the world.
     pub fn at(entity: Entity, placement: Transform) -> Self {
         Self { entity, placement: Some(placement) }
     }
+}
+
+/// An athlete has its body: its files have arrived, and from the coming steps on it moves. `AthleteBody` is there when it is told.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Eq, Reflect)]
+pub struct AthleteReady {
+    /// The athlete.
+    pub entity: Entity,
 }
 
 /// A blade changed its edge and stayed on the new one for 10 ms.
@@ -92,6 +100,19 @@ pub struct SkillEnded {
     pub skill: String,
 }
 
+/// A skill that was asked for ([`PerformSkill`](super::PerformSkill)) will not begin.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct SkillRefused {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Name of the skill.
+    pub skill: String,
+    /// Why.
+    pub reason: NoEntry,
+}
+
 /// The trunk or the head touches the world, and the centre of mass is below half its standing height above it. Told once
 /// until the athlete is up again or is reset.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
@@ -100,8 +121,8 @@ pub struct AthleteFell {
     pub entity: Entity,
     /// Simulated time, s.
     pub time: f64,
-    /// Index of the link that touched.
-    pub link: usize,
+    /// The link that touched.
+    pub link: LinkId,
 }
 
 /// The control has been played, the skill or the program performed to its end; the last targets are held.
@@ -126,10 +147,20 @@ pub struct AthleteQuarantined {
 }
 
 /// An athlete, a new controller or a new placement was refused.
-#[derive(Message, EntityEvent, Clone, Debug, PartialEq)]
+#[derive(Message, EntityEvent, Clone, Debug)]
 pub struct AthleteRefused {
     /// The athlete.
     pub entity: Entity,
     /// Why.
     pub reason: AthleteRefusal,
+}
+
+/// Tells an event as a message and as an entity event.
+pub(super) fn both<E>(commands: &mut Commands, writer: &mut MessageWriter<E>, event: E)
+where
+    E: Message + Clone,
+    for<'a> E: EntityEvent<Trigger<'a>: Default>,
+{
+    writer.write(event.clone());
+    commands.trigger(event);
 }

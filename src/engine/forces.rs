@@ -1,6 +1,6 @@
 //! Forces on an athlete from outside: pushes, pulls, wind.
 
-use crate::engine::AthleteBody;
+use crate::engine::{AthleteBody, LinkId};
 use crate::math::Vec3 as LaneVec3;
 use crate::sim::ExternalForce;
 use bevy::math::DVec3;
@@ -9,8 +9,8 @@ use bevy::prelude::*;
 /// One force on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Reflect)]
 pub struct AthleteForce {
-    /// Index of the link.
-    pub link: usize,
+    /// The link.
+    pub link: LinkId,
     /// Where it acts, link frame, m.
     pub position: DVec3,
     /// Force, world axes, N.
@@ -27,7 +27,7 @@ pub struct AthleteForce {
 /// # use bevy_athlete::engine::*;
 /// fn shove(mut forces: Query<&mut AthleteForces>) {
 ///     for mut forces in &mut forces {
-///         forces.0.push(AthleteForce { link: 0, position: DVec3::ZERO, force: DVec3::X * 200.0, seconds: Some(0.1) });
+///         forces.0.push(AthleteForce { link: LinkId::ROOT, position: DVec3::ZERO, force: DVec3::X * 200.0, seconds: Some(0.1) });
 ///     }
 /// }
 /// ```
@@ -37,11 +37,15 @@ pub struct AthleteForces(pub Vec<AthleteForce>);
 
 impl AthleteForce {
     fn external(&self) -> ExternalForce<f64> {
-        ExternalForce { link: self.link, position: LaneVec3::splat(self.position), force: LaneVec3::splat(self.force) }
+        ExternalForce {
+            link: self.link.index(),
+            position: LaneVec3::splat(self.position),
+            force: LaneVec3::splat(self.force),
+        }
     }
 
     fn acts_on(&self, body: &AthleteBody) -> bool {
-        self.link < body.model().links.len() && self.position.is_finite() && self.force.is_finite()
+        self.link.index() < body.model().links.len() && self.position.is_finite() && self.force.is_finite()
     }
 }
 

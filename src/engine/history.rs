@@ -20,7 +20,9 @@ use std::collections::VecDeque;
 ///     commands.trigger(AthleteRewind { entity: fall.entity, seconds: 3.0 });
 /// }
 /// ```
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component, Default)]
 pub struct AthleteHistory {
     seconds: f64,
     /// Oldest first.

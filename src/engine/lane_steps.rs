@@ -9,7 +9,7 @@
 
 use crate::contact::World as Surroundings;
 use crate::control::tracking::com_velocity;
-use crate::engine::watch::Touches;
+use crate::engine::event_detector::Touches;
 use crate::engine::{AthleteBody, AthletePrecision, AthleteSettings};
 use crate::math::{F32x8Fused, F64x4, Real};
 use crate::model::SharedModel;
@@ -36,6 +36,8 @@ pub(super) struct Due<'a> {
     pub body: &'a mut AthleteBody,
     pub settings: &'a AthleteSettings,
     pub steps: u32,
+    /// What it stands on.
+    pub world: &'a Surroundings,
 }
 
 /// Common simulators that wait for their next use. What they hold is written over.
@@ -71,10 +73,10 @@ impl<R: Real> Waiting<R> {
     }
 
     /// Steps a group with a simulator that waits, or a new one.
-    fn step(&self, group: &mut [Due], surroundings: &Surroundings) {
+    fn step(&self, group: &mut [Due]) {
         let (model, settings) = (group[0].body.model(), *group[0].body.simulator().settings());
         let mut common = self.take(model, settings);
-        common.step(group, surroundings);
+        common.step(group);
         self.lock().push(common);
     }
 
@@ -94,15 +96,15 @@ impl<R: Real> Waiting<R> {
 }
 
 /// Runs the steps of a tick for all bodies.
-pub(super) fn step_all(due: Vec<Due>, lanes: bool, surroundings: &Surroundings, kept: &LaneSimulators) {
+pub(super) fn step_all(due: Vec<Due>, lanes: bool, kept: &LaneSimulators) {
     let groups = group(due, lanes);
     kept.double.keep(&groups);
     kept.single.keep(&groups);
     let run = |mut group: Vec<Due>| {
         match group.as_mut_slice() {
-            several if is_single(&several[0]) => kept.single.step(several, surroundings),
-            [due] => due.body.step_alone(due.steps, &mut &*surroundings),
-            several => kept.double.step(several, surroundings),
+            several if is_single(&several[0]) => kept.single.step(several),
+            [due] => due.body.step_alone(due.steps, &mut &*due.world),
+            several => kept.double.step(several),
         }
         for due in &mut group {
             due.body.end_tick(due.settings);
@@ -130,7 +132,7 @@ fn is_single(due: &Due) -> bool {
 
 fn fit(a: &Due, b: &Due) -> bool {
     let (x, y) = (a.body.simulator(), b.body.simulator());
-    let same = a.steps == b.steps && is_single(a) == is_single(b);
+    let same = a.steps == b.steps && is_single(a) == is_single(b) && std::ptr::eq(a.world, b.world);
     same && Arc::ptr_eq(x.model(), y.model()) && x.settings() == y.settings()
 }
 
@@ -142,11 +144,12 @@ fn lanes_for(due: &Due) -> usize {
 /// the same policy; then the others by where they are in their motions, since contact is solved for the blades of all lanes.
 fn in_rhythm(mut due: Vec<Due>) -> Vec<Due> {
     let rhythm = |d: &Due| d.body.skill_player().map(SkillPlayer::rhythm);
-    due.sort_by_key(rhythm);
-    let keys: Vec<_> = due.iter().map(rhythm).collect();
+    // Those of one world together; which world comes first does not matter.
+    due.sort_by_key(|d| (std::ptr::from_ref(d.world).addr(), rhythm(d)));
+    let keys: Vec<_> = due.iter().map(|d| (std::ptr::from_ref(d.world).addr(), rhythm(d))).collect();
     let mut whole = vec![false; due.len()];
-    let together =
-        |a: &Option<Rhythm>, b: &Option<Rhythm>| a.map(|r| (r.policy, r.step)) == b.map(|r| (r.policy, r.step));
+    let beat = |(world, rhythm): &(usize, Option<Rhythm>)| (*world, rhythm.map(|r| (r.policy, r.step)));
+    let together = |a: &(usize, Option<Rhythm>), b: &(usize, Option<Rhythm>)| beat(a) == beat(b);
     let mut start = 0;
     for run in keys.chunk_by(together) {
         let size = lanes_for(&due[start]);
@@ -155,7 +158,7 @@ fn in_rhythm(mut due: Vec<Due>) -> Vec<Due> {
     }
     let mut whole = whole.into_iter();
     let (mut order, mut rest): (Vec<_>, Vec<_>) = due.into_iter().partition(|_| whole.next() == Some(true));
-    rest.sort_by_key(|d| rhythm(d).map(|r| (r.policy, r.tick, r.step)));
+    rest.sort_by_key(|d| (std::ptr::from_ref(d.world).addr(), rhythm(d).map(|r| (r.policy, r.tick, r.step))));
     order.append(&mut rest);
     order
 }
@@ -195,8 +198,8 @@ impl<R: Real> Common<R> {
     }
 
     /// The steps of bodies that fit each other, each in a lane; lanes that are left over repeat the last body.
-    fn step(&mut self, group: &mut [Due], surroundings: &Surroundings) {
-        let last = group.len() - 1;
+    fn step(&mut self, group: &mut [Due]) {
+        let (last, world) = (group.len() - 1, group[0].world);
         for lane in 0..R::LANES {
             self.sim.put_lane(lane, group[lane.min(last)].body.simulator(), 0);
         }
@@ -210,15 +213,15 @@ impl<R: Real> Common<R> {
                     put_commands(sim, lane, last, due.body);
                 }
             }
-            step(sim, surroundings);
-            let touches = Touches::of(sim, &group[0].body.watch);
+            step(sim, world);
+            let touches = Touches::of(sim, &group[0].body.detector);
             for (lane, due) in group.iter_mut().enumerate() {
                 let body = &mut *due.body;
                 // One that was stopped in the middle of the tick stays where it was; its lane goes on unseen.
                 if body.quarantine.is_some() {
                     continue;
                 }
-                body.watch_step(sim, lane, &touches, surroundings);
+                body.watch_step(sim, lane, &touches, world);
                 if body.looks_at_state() {
                     body.simulator.take_lane(sim, lane);
                 }

@@ -2,7 +2,7 @@
 //!
 //! ```no_run
 //! use bevy::prelude::*;
-//! use bevy_athlete::engine::*;
+//! use bevy_athlete::prelude::*;
 //!
 //! fn spawn(mut commands: Commands, assets: Res<AssetServer>) {
 //!     commands.spawn((
@@ -19,7 +19,7 @@
 //!
 //! | plugin | feature | what it adds |
 //! | --- | --- | --- |
-//! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`], [`ControlAsset`], [`SkillAsset`] and [`ProgramAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/` |
+//! | [`AthleteAssetPlugin`] | `engine` | [`CharacterAsset`], [`ControlAsset`], [`SkillAsset`] and [`ProgramAsset`] with their loaders, the characters of the crate under `embedded://bevy_athlete/`, with the feature `skills` its skating skills under `embedded://bevy_athlete/skills/skating/` |
 //! | [`AthleteSimulationPlugin`] | `engine` | bodies, stepping, write-back, events, interpolation |
 //! | [`AthletePlaybackPlugin`] | `engine` | [`PlaybackSpeed`]: pause and slow motion |
 //! | [`AthleteDiagnosticsPlugin`] | `engine` | figures in Bevy's `DiagnosticsStore` |
@@ -42,61 +42,73 @@
 //! good pose, and [`AthleteQuarantined`] says why. Nobody else is affected.
 //!
 //! # Transforms
-//! The `Transform` at spawn is where the character's own frame lies in the world: the place on the ground it starts from
-//! and the direction it faces (tilt is ignored, a scale other than one is refused). From then on the `Transform` is written:
-//! it is that of the root link. To move an athlete, trigger [`AthleteReset`] with a placement.
+//! The `Transform` at spawn says where the character's own frame lies in the world: the place on the ground it starts from
+//! and the direction it faces (tilt is ignored, a scale other than one is refused). A child of a moved parent is where both
+//! put it. From then on the `Transform` is written so that the entity is where the root link is, whatever its parents do. To
+//! move an athlete, trigger [`AthleteReset`] with a placement, in the world.
 //!
 //! # Words
 //! | name | kind | |
 //! | --- | --- | --- |
 //! | [`Athlete`] | component | spawns an athlete |
-//! | [`AthleteController`] | component | what tells its joints where to go |
-//! | [`SkillController`], [`SkatingProgram`], [`Steering`] | component | trained skills in place of a controller |
+//! | [`AthleteController`] | component | what tells its joints where to go: targets, a control, trained skills |
+//! | [`AthleteInput`] | component | what is wished of it: direction, speed, turn |
 //! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
 //! | [`AthleteSettings`] | component | switches of one athlete; in single precision ([`AthletePrecision`]) a crowd is nearly twice as large |
 //! | [`AthleteForces`] | component | pushes and pulls from outside |
 //! | [`AthleteBody`] | component | the simulation of one athlete; present once its files have arrived |
-//! | [`LinkPoses`] | component | where its links are |
+//! | [`LinkPoses`], [`LinkId`] | component | where its links are; a link, by name |
+//! | [`AtLink`] | component | an entity that follows a link |
 //! | [`AthleteHistory`] | component | its last seconds, for [`AthleteRewind`] |
 //! | [`AthleteLod`], [`AthleteDetail`], [`AthleteViewer`] | component | level of detail by distance |
 //! | [`AthleteSkin`], [`DressedIn`], [`SkinRefused`] | component | a skinned mesh in place of the plain shapes |
-//! | [`AthleteWorld`] | resource | what all athletes stand on |
+//! | [`AthleteWorld`] | resource | what athletes stand on |
+//! | [`ArenaWorld`], [`InArena`] | component | a world of its own, and who is in it |
 //! | [`PlaybackSpeed`] | resource | pause and slow motion |
 //! | [`AthleteBudget`], [`AthleteLodReport`] | resource | time for the steps of a frame, and what it allowed |
+//! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
+mod arena;
+mod arrival;
 mod assets;
+mod at_link;
 #[cfg(feature = "avian")]
 pub mod avian;
 mod body;
 mod body_state;
 mod body_step;
 mod components;
+mod controller;
 mod detail;
+mod detail_choice;
 mod diagnostics;
-mod driver;
+#[cfg(feature = "skills")]
+mod embedded_skills;
 mod errors;
+mod event_detector;
 mod events;
 mod forces;
 mod ground;
 mod history;
+mod interpolation;
 mod lane_steps;
-mod performer;
+mod link;
 mod placement;
 mod playback;
 mod plugin;
 mod poses;
 mod quarantine;
+mod schedule;
+mod settings;
 mod skill_assets;
-mod skill_components;
 mod skin;
 mod snapshot;
 mod spawn;
 mod step_clock;
 mod systems;
-mod watch;
 
 #[cfg(feature = "render")]
 mod ghost;
@@ -109,15 +121,18 @@ mod rounded_box;
 #[cfg(feature = "render")]
 mod visuals;
 
+pub use arena::{ArenaWorld, InArena};
 pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, FileLoader};
+pub use at_link::AtLink;
 pub use body::{AthleteBody, BodyStatus};
-pub use components::{Athlete, AthleteController, AthletePrecision, AthleteSettings, AthleteTargets, AthleteWorld};
+pub use components::{Athlete, AthleteWorld};
+pub use controller::{AthleteController, AthleteInput, AthleteTargets, PerformSkill};
 pub use detail::{AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteViewer};
 pub use diagnostics::AthleteDiagnosticsPlugin;
-pub use errors::{AthleteRefusal, LoadError, Refused};
+pub use errors::{AthleteRefusal, LoadError, Refused, SkillMisfit};
 pub use events::{
-    AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished, Landing,
-    SkillEnded, SkillStarted, TakeOff,
+    AthleteFell, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished,
+    Landing, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]
@@ -126,15 +141,17 @@ pub use ghost::AthleteGhost;
 pub use gizmos::AthleteGizmos;
 pub use history::{AthleteHistory, AthleteRewind};
 pub use lane_steps::AthleteLanes;
+pub use link::LinkId;
 #[cfg(feature = "render")]
 pub use look::AthleteLook;
 pub use placement::Placement;
 pub use playback::{AthletePlaybackPlugin, PlaybackSpeed};
-pub use plugin::{AthletePlugins, AthleteSimulationPlugin, AthleteSystems};
+pub use plugin::{AthletePlugins, AthleteSimulationPlugin};
 pub use poses::LinkPoses;
 pub use quarantine::QuarantineReason;
+pub use schedule::AthleteSystems;
+pub use settings::{AthletePrecision, AthleteSettings};
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
-pub use skill_components::{SkatingProgram, SkillController, Steering};
 pub use skin::{AthleteSkin, AthleteSkinPlugin, BoneMapAsset, DressedIn, SkinRefused};
 pub use snapshot::{AthleteSnapshot, SnapshotError};
 #[cfg(feature = "ui")]

@@ -5,7 +5,7 @@ use crate::engine::AthleteRefusal;
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 
-/// A place on the ground and a direction: what a spawn `Transform` means to an athlete.
+/// A place on the ground and a direction: what the place in the world at spawn means to an athlete.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Origin of the character's frame, world frame, m.

@@ -1,33 +1,20 @@
-//! The plugin group, the system sets and the core plugin.
+//! The plugin group and the core plugin.
 
-use crate::engine::detail::choose_detail;
+use crate::engine::detail_choice::choose_detail;
 use crate::engine::diagnostics::StepTally;
 use crate::engine::history;
+use crate::engine::schedule::on_main_thread;
 use crate::engine::{
-    Athlete, AthleteAssetPlugin, AthleteBudget, AthleteController, AthleteDetail, AthleteDiagnosticsPlugin,
-    AthleteFell, AthleteForces, AthleteLanes, AthleteLod, AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined,
-    AthleteRefused, AthleteReset, AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteTargets, AthleteViewer,
-    AthleteWorld, BladeEdgeChanged, ControlFinished, Landing, LinkPoses, PlaybackSpeed, SkatingProgram,
-    SkillController, SkillEnded, SkillStarted, Steering, TakeOff, forces, spawn, systems,
+    ArenaWorld, AtLink, Athlete, AthleteAssetPlugin, AthleteBody, AthleteBudget, AthleteController, AthleteDetail,
+    AthleteDiagnosticsPlugin, AthleteFell, AthleteForces, AthleteHistory, AthleteInput, AthleteLanes, AthleteLod,
+    AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset,
+    AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteViewer, AthleteWorld,
+    BladeEdgeChanged, ControlFinished, InArena, Landing, LinkId, LinkPoses, PerformSkill, PlaybackSpeed, Refused,
+    SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link, controller, forces, interpolation, spawn, systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
-use bevy::ecs::system::NonSendMarker;
 use bevy::prelude::*;
-
-/// What an athlete goes through in a fixed tick: chained sets in `FixedPostUpdate`, and one before `Update`.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum AthleteSystems {
-    /// The world is brought up to date ([`AthleteWorld`]), athletes whose files have arrived get their bodies.
-    ReadWorld,
-    /// Controllers, resets and targets are handed to the bodies.
-    Control,
-    /// All bodies step.
-    Step,
-    /// Poses are written and events told.
-    WriteBack,
-    /// In `RunFixedMainLoop`, after the fixed ticks: poses between ticks, the athlete's `Transform`.
-    Interpolate,
-}
+use bevy::transform::TransformSystems;
 
 /// All plugins of this crate; the table is in the [module's documentation](crate::engine).
 #[derive(Debug, Default)]
@@ -67,9 +54,14 @@ impl Plugin for AthleteSimulationPlugin {
             .register_type::<AthleteController>()
             .register_type::<AthleteSettings>()
             .register_type::<AthleteTargets>()
-            .register_type::<SkillController>()
-            .register_type::<SkatingProgram>()
-            .register_type::<Steering>()
+            .register_type::<AthleteBody>()
+            .register_type::<AthleteHistory>()
+            .register_type::<Refused>()
+            .register_type::<ArenaWorld>()
+            .register_type::<InArena>()
+            .register_type::<LinkId>()
+            .register_type::<AtLink>()
+            .register_type::<AthleteInput>()
             .register_type::<LinkPoses>()
             .register_type::<PlaybackSpeed>()
             .register_type::<AthleteForces>()
@@ -86,11 +78,15 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<Landing>()
             .add_message::<SkillStarted>()
             .add_message::<SkillEnded>()
+            .add_message::<SkillRefused>()
+            .add_message::<PerformSkill>()
             .add_message::<AthleteFell>()
             .add_message::<ControlFinished>()
             .add_message::<AthleteQuarantined>()
             .add_message::<AthleteRefused>()
+            .add_message::<AthleteReady>()
             .add_observer(systems::note_reset)
+            .add_observer(controller::note_request)
             .add_observer(history::rewind_now)
             .configure_sets(FixedPostUpdate, (ReadWorld, Control, Step, WriteBack).chain())
             .configure_sets(RunFixedMainLoop, Interpolate.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
@@ -99,10 +95,10 @@ impl Plugin for AthleteSimulationPlugin {
                 (
                     on_main_thread.pipe(spawn::build_bodies).in_set(ReadWorld),
                     (
-                        on_main_thread.pipe(spawn::change_controllers),
+                        on_main_thread.pipe(controller::change_controllers),
                         on_main_thread.pipe(systems::reset_bodies),
-                        on_main_thread.pipe(systems::read_wishes),
-                        on_main_thread.pipe(systems::read_skill_wishes),
+                        on_main_thread.pipe(controller::hand_over_inputs),
+                        on_main_thread.pipe(controller::hear_requests),
                         on_main_thread.pipe(systems::check_transforms),
                         on_main_thread.pipe(choose_detail::<Viewers>),
                         on_main_thread.pipe(forces::give_forces),
@@ -113,7 +109,7 @@ impl Plugin for AthleteSimulationPlugin {
                     (
                         on_main_thread.pipe(forces::take_forces),
                         on_main_thread.pipe(systems::write_poses),
-                        on_main_thread.pipe(systems::tell),
+                        on_main_thread.pipe(systems::emit),
                         on_main_thread.pipe(history::record),
                     )
                         .chain()
@@ -124,10 +120,10 @@ impl Plugin for AthleteSimulationPlugin {
                 RunFixedMainLoop,
                 on_main_thread.pipe(history::rewind_bodies).in_set(RunFixedMainLoopSystems::BeforeFixedMainLoop),
             )
-            .add_systems(RunFixedMainLoop, on_main_thread.pipe(systems::interpolate_poses).in_set(Interpolate));
+            .add_systems(RunFixedMainLoop, on_main_thread.pipe(interpolation::interpolate_poses).in_set(Interpolate))
+            .add_systems(
+                PostUpdate,
+                (interpolation::stay_in_world, at_link::follow_links).before(TransformSystems::Propagate),
+            );
     }
 }
-
-/// Ahead of a system in a pipe: it keeps the system on the main thread. The systems of a tick follow each other, and most are
-/// short: to wake another thread for each costs more than they do. The step spreads over the pool from there.
-pub(super) fn on_main_thread(_: NonSendMarker) {}

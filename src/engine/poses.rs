@@ -1,5 +1,6 @@
 //! Where the links of an athlete are, at the fixed ticks and between them.
 
+use crate::engine::LinkId;
 use crate::model::LinkTransform;
 use bevy::prelude::*;
 use std::time::Duration;
@@ -25,9 +26,9 @@ pub struct LinkPoses {
 }
 
 impl LinkPoses {
-    /// Where link `index` is now, world frame; identity before the body is there.
-    pub fn link(&self, index: usize) -> Transform {
-        self.interpolated.get(index).map_or(Transform::IDENTITY, to_transform)
+    /// Where a link is now, world frame; identity before the body is there.
+    pub fn link(&self, link: LinkId) -> Transform {
+        self.interpolated.get(link.index()).map_or(Transform::IDENTITY, to_transform)
     }
 
     /// Shows the state `overstep` (0 to 1) of the way through the fixed tick that is under way; `None` shows the last

@@ -2,22 +2,97 @@
 
 use crate::asset::clip::MotionClip;
 use crate::control::Policy;
-use crate::engine::LoadError;
-use crate::model::{CharacterModel, KeyPoses, SharedModel, preset};
+use crate::engine::{LoadError, SkillMisfit};
+use crate::model::{CharacterModel, KeyPoses, preset};
 use crate::skill::{ProgramDefinition, SkillDefinition, TrainedSkill};
 use bevy::asset::io::Reader;
 use bevy::asset::{AssetLoader, AssetPath, LoadContext};
 use bevy::prelude::*;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A skill that was learnt: its description (`*.skill.ron`), and from the same folder its motion and `policy.onnx`.
+///
+/// It is made for a body when it is given to one ([`SkillAsset::bind`]): whether it fits is a matter of the body's joints, not of its
+/// name. Bodies that are alike share what was made.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct SkillAsset {
-    /// The skill, ready to be performed.
-    pub skill: Arc<TrainedSkill>,
-    /// Name of its character.
-    pub character: String,
+    name: String,
+    /// What it is made from; `None` where it was made elsewhere.
+    files: Option<Arc<SkillFiles>>,
+    /// What was made, by the fingerprint of the model.
+    bound: Arc<Mutex<Vec<(u64, Arc<TrainedSkill>)>>>,
+}
+
+/// A skill as its files have it.
+#[derive(Debug)]
+struct SkillFiles {
+    definition: SkillDefinition,
+    motion: SkillMotion,
+    policy: Policy,
+}
+
+#[derive(Debug)]
+enum SkillMotion {
+    Clip(MotionClip),
+    KeyPoses(KeyPoses),
+}
+
+impl SkillAsset {
+    /// From its parts. `motion` is a clip; see [`SkillAsset::from_key_poses`] for one that is written down in poses.
+    pub fn new(definition: SkillDefinition, motion: MotionClip, policy: Policy) -> Self {
+        Self::of_files(SkillFiles { definition, motion: SkillMotion::Clip(motion), policy })
+    }
+
+    /// From its parts, with a motion that is written down in poses.
+    pub fn from_key_poses(definition: SkillDefinition, motion: KeyPoses, policy: Policy) -> Self {
+        Self::of_files(SkillFiles { definition, motion: SkillMotion::KeyPoses(motion), policy })
+    }
+
+    /// One that was made for a body elsewhere, such as by a training that still runs. It fits bodies like that one alone.
+    pub fn made_for(model: &CharacterModel, skill: Arc<TrainedSkill>) -> Self {
+        let name = skill.name().to_owned();
+        Self { name, files: None, bound: Arc::new(Mutex::new(vec![(model.fingerprint(), skill)])) }
+    }
+
+    fn of_files(files: SkillFiles) -> Self {
+        let name = files.definition.name.clone();
+        Self { name, files: Some(Arc::new(files)), bound: Arc::default() }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The skill, made for a body. Made once for all bodies that are alike.
+    pub fn bind(&self, model: &CharacterModel) -> Result<Arc<TrainedSkill>, SkillMisfit> {
+        let fingerprint = model.fingerprint();
+        let mut bound = self.bound.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, made)) = bound.iter().find(|(of, _)| *of == fingerprint) {
+            return Ok(made.clone());
+        }
+        let (skill, character) = (self.name.clone(), model.name.clone());
+        let Some(files) = &self.files else { return Err(SkillMisfit::OtherBody { skill, character }) };
+        let from_poses;
+        let clip = match &files.motion {
+            SkillMotion::Clip(clip) => clip,
+            SkillMotion::KeyPoses(poses) => match poses.to_clip(model) {
+                Ok(clip) => {
+                    from_poses = clip;
+                    &from_poses
+                }
+                Err(source) => {
+                    return Err(SkillMisfit::Motion { skill, character, source: Box::new(source) });
+                }
+            },
+        };
+        let made = TrainedSkill::new(files.definition.clone(), clip, files.policy.clone(), model);
+        let made =
+            Arc::new(made.map_err(|source| SkillMisfit::Parts { skill, character, source: Box::new(source) })?);
+        bound.push((fingerprint, made.clone()));
+        Ok(made)
+    }
 }
 
 /// A program (`*.program.ron`) with its skills, each from `NAME/NAME.skill.ron` beside the program.
@@ -49,16 +124,12 @@ async fn text_of(reader: &mut dyn Reader, file: &str) -> Result<String, LoadErro
 /// The bytes of another file of the skill; a change of it loads the skill again.
 async fn bytes_of(context: &mut LoadContext<'_>, path: AssetPath<'static>) -> Result<Vec<u8>, LoadError> {
     let file = path.to_string();
-    context.read_asset_bytes(path).await.map_err(|e| LoadError::Skill { file, message: e.to_string() })
+    context.read_asset_bytes(path).await.map_err(|source| LoadError::Part { file, source: Box::new(source) })
 }
 
 fn beside(context: &LoadContext<'_>, file: &Path) -> AssetPath<'static> {
     let folder = context.path().path().parent().unwrap_or(Path::new(""));
     AssetPath::from_path_buf(folder.join(file)).with_source(context.path().source().clone_owned())
-}
-
-fn fault(file: &str, error: impl ToString) -> LoadError {
-    LoadError::Skill { file: file.to_owned(), message: error.to_string() }
 }
 
 impl AssetLoader for SkillLoader {
@@ -73,31 +144,28 @@ impl AssetLoader for SkillLoader {
         context: &mut LoadContext<'_>,
     ) -> Result<SkillAsset, LoadError> {
         let file = context.path().to_string();
-        let definition =
-            SkillDefinition::from_ron(&text_of(reader, &file).await?, &file).map_err(|e| fault(&file, e))?;
-        let model: SharedModel = match preset(&definition.character) {
-            Some(model) => model,
-            None => {
-                let path = format!("characters/{}.character.ron", definition.character);
-                let bytes = bytes_of(context, AssetPath::from(path.clone())).await?;
-                let character = crate::asset::Character::parse(&path, &bytes)?;
-                Arc::new(CharacterModel::build(&character).map_err(|e| LoadError::Character(e.into()))?)
-            }
-        };
+        let definition = SkillDefinition::from_ron(&text_of(reader, &file).await?, &file)?;
         let path = beside(context, &definition.motion);
         let motion = path.to_string();
         let text = String::from_utf8_lossy(&bytes_of(context, path).await?).into_owned();
-        let clip = if motion.ends_with(".keyposes.ron") {
-            KeyPoses::from_ron(&text, &motion).and_then(|p| p.to_clip(&model)).map_err(|e| fault(&motion, e))?
+        let motion = if motion.ends_with(".keyposes.ron") {
+            SkillMotion::KeyPoses(KeyPoses::from_ron(&text, &motion)?)
         } else {
-            MotionClip::from_ron(&text).map_err(|e| fault(&motion, e))?
+            SkillMotion::Clip(
+                MotionClip::from_ron(&text)
+                    .map_err(|source| LoadError::Clip { file: motion, source: Box::new(source) })?,
+            )
         };
         let path = beside(context, Path::new("policy.onnx"));
         let name = path.to_string();
-        let policy = Policy::from_bytes(&bytes_of(context, path).await?, &name).map_err(|e| fault(&name, e))?;
-        let character = definition.character.clone();
-        let skill = TrainedSkill::new(definition, &clip, policy, &model).map_err(|e| fault(&file, e))?;
-        Ok(SkillAsset { skill: Arc::new(skill), character })
+        let policy = Policy::from_bytes(&bytes_of(context, path).await?, &name)?;
+        let likely = preset(&definition.character);
+        let skill = SkillAsset::of_files(SkillFiles { definition, motion, policy });
+        if let Some(model) = likely {
+            // Made here, aside, for the body that most likely performs it. What does not fit is told when it is given to a body.
+            let _ = skill.bind(&model);
+        }
+        Ok(skill)
     }
 
     fn extensions(&self) -> &[&str] {
@@ -118,7 +186,7 @@ impl AssetLoader for ProgramLoader {
     ) -> Result<ProgramAsset, LoadError> {
         let file = context.path().to_string();
         let text = text_of(reader, &file).await?;
-        let program = ProgramDefinition::from_ron(&text, &file).map_err(|e| fault(&file, e))?;
+        let program = ProgramDefinition::from_ron(&text, &file)?;
         let mut names: Vec<&str> = Vec::new();
         for element in &program.elements {
             if !names.contains(&element.skill.as_str()) {

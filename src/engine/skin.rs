@@ -242,7 +242,7 @@ fn hide_shapes(
         for child in children.iter() {
             if let Ok((shape, mut visibility)) = shapes.get_mut(child)
                 && !shape.ghost
-                && dress.bones().any(|(_, bone)| bone.link == shape.link)
+                && dress.bones().any(|(_, bone)| bone.link == shape.link.index())
             {
                 visibility.set_if_neq(Visibility::Hidden);
             }

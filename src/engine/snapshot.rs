@@ -6,7 +6,7 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::engine::AthleteBody;
-use crate::engine::driver::{Driver, hash};
+use crate::engine::controller::{Controller, hash};
 use crate::model::{CharacterModel, SharedModel};
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ pub enum SnapshotError {
     },
     /// The body is driven by something else.
     #[error("the snapshot is of a body driven by {found}; this one is driven by {wanted}, or files of other contents")]
-    Driver {
+    Controller {
         /// What drove the body of the snapshot.
         found: String,
         /// What drives this one.
@@ -70,7 +70,7 @@ pub struct AthleteSnapshot {
 #[derive(Clone, Debug)]
 enum Origin {
     /// Taken in this program.
-    Live { model: SharedModel, given: Arc<Driver> },
+    Live { model: SharedModel, given: Arc<Controller> },
     /// Read from bytes.
     Bytes(Arc<Identity>),
 }
@@ -80,20 +80,15 @@ enum Origin {
 struct Identity {
     character: String,
     model: u64,
-    driver: String,
-    driven: u64,
+    controller: String,
+    files: u64,
 }
 
 impl Identity {
-    fn of(model: &CharacterModel, given: &Driver) -> Self {
-        let (driver, driven) = given.identity();
-        Self { character: model.name.clone(), model: model_hash(model), driver, driven }
+    fn of(model: &CharacterModel, given: &Controller) -> Self {
+        let (controller, files) = given.identity();
+        Self { character: model.name.clone(), model: model.fingerprint(), controller, files }
     }
-}
-
-/// Tells characters apart by everything in them: numbers print with all their digits.
-fn model_hash(model: &CharacterModel) -> u64 {
-    hash(format!("{model:?}").as_bytes())
 }
 
 impl PartialEq for AthleteSnapshot {
@@ -104,7 +99,7 @@ impl PartialEq for AthleteSnapshot {
 
 impl AthleteSnapshot {
     /// Version of the byte format; others are refused.
-    pub const VERSION: u64 = 1;
+    pub const VERSION: u64 = 2;
 
     /// Size of what it holds, bytes.
     pub fn size(&self) -> usize {
@@ -122,8 +117,8 @@ impl AthleteSnapshot {
         out.whole(Self::VERSION);
         out.text(&identity.character);
         out.whole(identity.model);
-        out.text(&identity.driver);
-        out.whole(identity.driven);
+        out.text(&identity.controller);
+        out.whole(identity.files);
         out.count(self.state.len());
         let mut bytes = out.finish();
         bytes.extend_from_slice(&self.state);
@@ -149,8 +144,8 @@ impl AthleteSnapshot {
         let identity = Identity {
             character: from.text("character")?,
             model: from.whole("character")?,
-            driver: from.text("driver")?,
-            driven: from.whole("driver")?,
+            controller: from.text("controller")?,
+            files: from.whole("controller")?,
         };
         let length = from.below("length", bytes.len())?;
         let state = from.take("state", length)?.into();
@@ -183,18 +178,21 @@ impl AthleteBody {
         let before = self.snapshot();
         match &snapshot.origin {
             Origin::Live { model, given } => {
-                if !Arc::ptr_eq(model, self.model()) && model_hash(model) != model_hash(self.model()) {
+                if !Arc::ptr_eq(model, self.model()) && model.fingerprint() != self.model().fingerprint() {
                     return other_character(&model.name, self);
                 }
                 self.adopt(given);
             }
             Origin::Bytes(identity) => {
                 let own = Identity::of(self.model(), &self.given);
-                if own.model != identity.model || own.character != identity.character {
+                if own.model != identity.model {
                     return other_character(&identity.character, self);
                 }
-                if own.driven != identity.driven {
-                    return Err(SnapshotError::Driver { found: identity.driver.clone(), wanted: own.driver });
+                if own.files != identity.files {
+                    return Err(SnapshotError::Controller {
+                        found: identity.controller.clone(),
+                        wanted: own.controller,
+                    });
                 }
             }
         }
@@ -208,9 +206,9 @@ impl AthleteBody {
     }
 
     /// Is driven as it was at another time.
-    fn adopt(&mut self, given: &Arc<Driver>) {
+    fn adopt(&mut self, given: &Arc<Controller>) {
         if !Arc::ptr_eq(&self.given, given) {
-            self.driver = Driver::clone(given);
+            self.controller = Controller::clone(given);
             self.given = given.clone();
         }
     }

@@ -1,16 +1,16 @@
 //! The systems of a fixed tick, and interpolation between ticks.
 
+use crate::engine::arena::Worlds;
+use crate::engine::arrival::refuse;
 use crate::engine::diagnostics::StepTally;
+use crate::engine::event_detector::BodyEvent;
+use crate::engine::events::both;
 use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
-use crate::engine::performer::Performer;
-use crate::engine::poses::to_transform;
-use crate::engine::spawn::refuse;
-use crate::engine::watch::Happening;
 use crate::engine::{
-    AthleteBody, AthleteController, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings,
-    AthleteTargets, AthleteWorld, BladeEdgeChanged, BodyStatus, ControlFinished, Landing, LinkPoses, Placement,
-    QuarantineReason, SkatingProgram, SkillController, SkillEnded, SkillStarted, Steering, TakeOff,
+    AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, BladeEdgeChanged,
+    BodyStatus, ControlFinished, InArena, Landing, LinkId, LinkPoses, Placement, QuarantineReason, SkillEnded,
+    SkillRefused, SkillStarted, TakeOff,
 };
 use bevy::ecs::system::SystemParam;
 use bevy::platform::time::Instant;
@@ -49,59 +49,6 @@ pub(super) fn reset_bodies(
     }
 }
 
-/// Targets of users and changed settings.
-pub(super) fn read_wishes(
-    mut athletes: Query<(&mut AthleteBody, &AthleteController, Ref<AthleteSettings>, Option<&AthleteTargets>)>,
-) {
-    for (mut body, controller, settings, targets) in &mut athletes {
-        if settings.is_changed() {
-            body.apply_settings(&settings);
-        }
-        if let (AthleteController::External, Some(targets)) = (controller, targets) {
-            body.take_targets(targets);
-        }
-    }
-}
-
-/// Speeds, directions and requests for trained skills.
-pub(super) fn read_skill_wishes(
-    mut athletes: Query<(&mut AthleteBody, Option<&SkillController>, Option<&mut Steering>), Without<SkatingProgram>>,
-) {
-    for (mut body, controller, steering) in &mut athletes {
-        // Only what is there is told: a body is not marked as changed for nothing.
-        if controller.is_none() && steering.is_none() {
-            continue;
-        }
-        match (body.performer_mut(), controller, steering) {
-            (Some(Performer::Steered { wish, .. }), _, Some(mut steering)) => {
-                let begun = steering.perform.is_some() && wish.perform.is_none() && !steering.is_changed();
-                if begun {
-                    steering.bypass_change_detection().perform = None;
-                } else {
-                    wish.perform.clone_from(&steering.perform);
-                }
-                wish.direction = steering.direction.as_dvec3();
-                wish.speed = finite(steering.speed);
-            }
-            (Some(Performer::Skill { speed, steering, .. }), Some(controller), _) => {
-                *speed = controller.speed.map(finite);
-                *steering = finite_turn(controller.steering);
-            }
-            _ => {}
-        }
-    }
-}
-
-/// A speed that can be asked for, m/s.
-fn finite(speed: f32) -> f64 {
-    if speed.is_finite() { f64::from(speed).clamp(0.0, 30.0) } else { 0.0 }
-}
-
-/// A turn that can be asked for, rad/s.
-fn finite_turn(rate: f32) -> f64 {
-    if rate.is_finite() { f64::from(rate).clamp(-2.0, 2.0) } else { 0.0 }
-}
-
 /// Stops those whose `Transform` is no number: whoever wrote it, the athlete is not to be trusted.
 pub(super) fn check_transforms(mut athletes: Query<(&mut AthleteBody, &Transform)>) {
     for (mut body, transform) in &mut athletes {
@@ -114,27 +61,27 @@ pub(super) fn check_transforms(mut athletes: Query<(&mut AthleteBody, &Transform
 /// Steps every athlete that has no ground of its own through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
     time: Res<Time>,
-    surroundings: Res<AthleteWorld>,
+    worlds: Worlds,
     lanes: Res<AthleteLanes>,
     kept: Local<LaneSimulators>,
     mut tally: ResMut<StepTally>,
-    mut athletes: Query<(&mut AthleteBody, &AthleteSettings), Without<OwnGround>>,
+    mut athletes: Query<(&mut AthleteBody, &AthleteSettings, Option<&InArena>), Without<OwnGround>>,
 ) {
     let (begin, dt) = (Instant::now(), time.delta());
     let due: Vec<Due> = athletes
         .iter_mut()
-        .filter_map(|(body, settings)| {
+        .filter_map(|(body, settings, arena)| {
             let body = body.into_inner();
             let steps = body.begin_tick(dt, settings);
-            (steps > 0).then_some(Due { body, settings, steps })
+            (steps > 0).then(|| Due { body, settings, steps, world: worlds.of(arena) })
         })
         .collect();
     tally.bodies = due.len();
     tally.steps = due.iter().map(|d| u64::from(d.steps)).sum();
     if !due.is_empty() {
-        step_all(due, lanes.0, &surroundings.0, &kept);
+        step_all(due, lanes.0, &kept);
     }
-    tally.quarantined = athletes.iter().filter(|(body, _)| body.status() == BodyStatus::Quarantined).count();
+    tally.quarantined = athletes.iter().filter(|(body, ..)| body.status() == BodyStatus::Quarantined).count();
     tally.milliseconds = begin.elapsed().as_secs_f64() * 1e3;
 }
 
@@ -166,63 +113,46 @@ pub(super) struct Writers<'w> {
     ends: MessageWriter<'w, ControlFinished>,
     starts: MessageWriter<'w, SkillStarted>,
     skill_ends: MessageWriter<'w, SkillEnded>,
+    skill_refusals: MessageWriter<'w, SkillRefused>,
     quarantines: MessageWriter<'w, AthleteQuarantined>,
 }
 
 /// Tells what happened in the tick, athlete by athlete, in the order it happened.
-pub(super) fn tell(mut commands: Commands, mut athletes: Query<(Entity, &mut AthleteBody)>, mut writers: Writers) {
-    /// As a message and as an entity event.
-    fn both<E>(commands: &mut Commands, writer: &mut MessageWriter<E>, event: E)
-    where
-        E: Message + Clone,
-        for<'a> E: EntityEvent<Trigger<'a>: Default>,
-    {
-        writer.write(event.clone());
-        commands.trigger(event);
-    }
+pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut AthleteBody)>, mut writers: Writers) {
     for (entity, mut body) in &mut athletes {
-        if body.happened.is_empty() {
+        if body.events.is_empty() {
             continue;
         }
-        for happening in body.happened.drain(..) {
+        for event in body.events.drain(..) {
             let c = &mut commands;
-            match happening {
-                Happening::Edge { time, blade, from, to } => {
+            match event {
+                BodyEvent::Edge { time, blade, from, to } => {
                     both(c, &mut writers.edges, BladeEdgeChanged { entity, time, blade, from, to });
                 }
-                Happening::TakeOff { time, velocity } => {
+                BodyEvent::TakeOff { time, velocity } => {
                     both(c, &mut writers.take_offs, TakeOff { entity, time, velocity });
                 }
-                Happening::Landing { time, airtime, velocity, height, turns } => {
+                BodyEvent::Landing { time, airtime, velocity, height, turns } => {
                     both(c, &mut writers.landings, Landing { entity, time, airtime, velocity, height, turns });
                 }
-                Happening::SkillStarted { time, skill } => {
+                BodyEvent::SkillStarted { time, skill } => {
                     both(c, &mut writers.starts, SkillStarted { entity, time, skill });
                 }
-                Happening::SkillEnded { time, skill } => {
+                BodyEvent::SkillEnded { time, skill } => {
                     both(c, &mut writers.skill_ends, SkillEnded { entity, time, skill });
                 }
-                Happening::Fell { time, link } => both(c, &mut writers.falls, AthleteFell { entity, time, link }),
-                Happening::Finished { time } => both(c, &mut writers.ends, ControlFinished { entity, time }),
-                Happening::Quarantined { time, reason } => {
+                BodyEvent::SkillRefused { time, skill, reason } => {
+                    both(c, &mut writers.skill_refusals, SkillRefused { entity, time, skill, reason });
+                }
+                BodyEvent::Fell { time, link } => {
+                    both(c, &mut writers.falls, AthleteFell { entity, time, link: LinkId::at(link) });
+                }
+                BodyEvent::Finished { time } => both(c, &mut writers.ends, ControlFinished { entity, time }),
+                BodyEvent::Quarantined { time, reason } => {
                     warn!("athlete {entity} is stopped at {time:.4} s: {reason}; AthleteReset starts it anew");
                     both(c, &mut writers.quarantines, AthleteQuarantined { entity, time, reason });
                 }
             }
         }
     }
-}
-
-/// Poses for this frame, and the athlete's transform: that of its root link.
-pub(super) fn interpolate_poses(
-    fixed: Res<Time<Fixed>>,
-    mut athletes: Query<(&mut LinkPoses, &mut Transform, &AthleteSettings), With<AthleteBody>>,
-) {
-    let (overstep, timestep) = (fixed.overstep_fraction_f64(), fixed.timestep());
-    athletes.par_iter_mut().for_each(|(mut poses, mut transform, settings)| {
-        poses.interpolate(settings.interpolate.then_some(overstep), timestep);
-        if let Some(root) = poses.interpolated.first() {
-            *transform = to_transform(root);
-        }
-    });
 }

@@ -4,7 +4,7 @@ use crate::engine::gizmos::{AthleteGizmos, draw_blades};
 use crate::engine::look::Part;
 use crate::engine::poses::to_transform;
 use crate::engine::rounded_box::rounded_box;
-use crate::engine::{AthleteBody, AthleteGhost, AthleteLook, LinkPoses};
+use crate::engine::{AthleteBody, AthleteGhost, AthleteLook, LinkId, LinkPoses};
 use crate::model::{CharacterModel, LinkTransform, Shape, SharedModel};
 use bevy::light::{NotShadowCaster, NotShadowReceiver};
 use bevy::math::{DQuat, DVec3};
@@ -51,8 +51,8 @@ impl Plugin for AthleteRenderPlugin {
 #[derive(Component, Clone, Debug, Reflect)]
 #[reflect(Component)]
 pub struct LinkVisual {
-    /// Index of the link.
-    pub link: usize,
+    /// The link.
+    pub link: LinkId,
     /// Place of the mesh in the link's frame.
     pub local: Transform,
     /// Whether it belongs to the ghost of the reference.
@@ -161,7 +161,7 @@ fn build_visuals(
                 Part::Middle => &looks[2],
                 Part::Steel => &looks[3],
             };
-            let visual = LinkVisual { link: shape.link, local: shape.local, ghost: false };
+            let visual = LinkVisual { link: LinkId::at(shape.link), local: shape.local, ghost: false };
             let mut child = commands.spawn((
                 ChildOf(entity),
                 visual.clone(),
@@ -206,7 +206,7 @@ fn place_visuals(
         for &child in children {
             let Ok((visual, mut transform, mut visibility)) = visuals.get_mut(child) else { continue };
             let links = if visual.ghost { &*reference } else { &poses.interpolated };
-            let Some(link) = links.get(visual.link) else {
+            let Some(link) = links.get(visual.link.index()) else {
                 visibility.set_if_neq(Visibility::Hidden);
                 continue;
             };

@@ -13,13 +13,15 @@ pub const SKATING_SKILLS: [&str; 6] = [
 mod contract;
 mod criteria;
 mod definition;
+#[cfg(feature = "policy")]
+pub mod director;
 pub(crate) mod disturb;
+#[cfg(feature = "policy")]
+mod graph;
 mod performance;
 mod prepare;
 #[cfg(feature = "policy")]
 mod program;
-#[cfg(feature = "policy")]
-mod steering;
 #[cfg(feature = "policy")]
 mod trained;
 mod transition;
@@ -31,13 +33,15 @@ pub use definition::{
     EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits, TrialOptions,
     TrialRow,
 };
+#[cfg(feature = "policy")]
+pub use director::{Director, DirectorEvent, DirectorInput};
 pub use disturb::Disturbance;
+#[cfg(feature = "policy")]
+pub use graph::{Entry, GraphError, GraphSkill, NoEntry, SkillGraph};
 pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
 pub use prepare::forbidden_points;
 #[cfg(feature = "policy")]
-pub use program::{ProgramDefinition, ProgramElement, ProgramError, ProgramNews, ProgramPlayer};
-#[cfg(feature = "policy")]
-pub use steering::{SteeringPlayer, Wish};
+pub use program::{ProgramDefinition, ProgramElement, ProgramError};
 #[cfg(feature = "engine")]
 pub(crate) use trained::Rhythm;
 #[cfg(feature = "policy")]

@@ -206,6 +206,10 @@ impl SkillPlayer {
     pub fn set_speed(&mut self, speed: f64) {
         self.tracker.set_speed(0, speed);
     }
+    /// By how much its way is turned, rad/s, positive to the left.
+    pub fn steering(&self) -> f64 {
+        self.steering
+    }
     /// Turns the way by so much, rad/s, positive to the left.
     pub fn set_steering(&mut self, rate: f64) {
         self.steering = rate;

@@ -23,6 +23,7 @@ mod inspector;
 mod inspector_view;
 mod marks;
 mod monitor;
+mod panel_choice;
 mod plate;
 mod plate_view;
 mod plots;
@@ -35,12 +36,11 @@ pub use history::{History, Sample};
 pub use inspector::inspector;
 pub use inspector_view::{BladeRow, ContactRow, InputBlock, InspectorView, JointRow, LinkRow, PolicyRow};
 pub use monitor::{TrainingMonitor, training_monitor};
+pub use panel_choice::{AthletePanels, Panel};
 pub use plate::contact_plate;
 pub use plate_view::{PlateBlade, PlateFoot, PlatePoint, PlateView, blade_pressure};
 pub use plots::plots;
-pub use plugin::{
-    AthletePanels, AthletePanelsPlugin, DisturbanceState, MonitorState, Panel, SelectedHistory, panel_menu,
-};
+pub use plugin::{AthletePanelsPlugin, DisturbanceState, MonitorState, SelectedHistory, panel_menu};
 pub use push_systems::WorldPull;
 
 /// The code of the guide is compiled with the documentation's tests.

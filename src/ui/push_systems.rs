@@ -1,6 +1,6 @@
 //! What the disturbance panel asks for, handed to the engine: pushes as forces on the athlete, gravity for all of them.
 
-use crate::engine::{AthleteBody, AthleteForce};
+use crate::engine::{AthleteBody, AthleteForce, LinkId};
 use crate::sim::SimulationSettings;
 use crate::ui::disturbance::{Pull, PushPlan};
 use bevy::math::DVec3;
@@ -11,10 +11,15 @@ impl PushPlan {
     /// its heading at this moment. `None` if it is no push.
     pub fn on(&self, body: &AthleteBody) -> Option<AthleteForce> {
         let model = body.model();
-        let link = model.link_index(&self.link).unwrap_or(0);
+        let link = LinkId::of(model, &self.link).unwrap_or_default();
         let force = self.force_on(body.simulator().state.root_rotation.lane(0));
         let pushes = force.is_finite() && self.seconds > 0.0;
-        pushes.then(|| AthleteForce { link, position: model.links[link].com, force, seconds: Some(self.seconds) })
+        pushes.then(|| AthleteForce {
+            link,
+            position: model.links[link.index()].com,
+            force,
+            seconds: Some(self.seconds),
+        })
     }
 }
 

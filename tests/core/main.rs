@@ -32,6 +32,7 @@ mod courses;
 mod criteria;
 mod crossover_clips;
 mod determinism;
+mod director;
 mod dynamics_identities;
 mod flight;
 mod geometry;

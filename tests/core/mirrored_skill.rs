@@ -5,7 +5,7 @@ use bevy_athlete::contact::World;
 use bevy_athlete::control::tracking::{Heading, PolicyMirror, Tracker, mirror_links};
 use bevy_athlete::model::{SharedModel, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
-use bevy_athlete::skill::{SkillPlayer, SteeringPlayer, TrainedSkill, Wish};
+use bevy_athlete::skill::{Director, DirectorEvent, DirectorInput, SkillPlayer, TrainedSkill};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
@@ -116,19 +116,22 @@ fn steered(side: f64, wait: f64) -> Steered {
     let model = skater();
     let world = World::ice();
     let skills = ["stroking", "forward_crossover"].map(|name| Arc::new(skill(name))).to_vec();
-    let mut player = SteeringPlayer::new(skills, &model, model.step_rate).unwrap();
+    let mut player = Director::steering(skills, &model, model.step_rate).unwrap();
     let mut sim: Simulator<f64> = Simulator::new(model.clone(), SimulationSettings::of(&model));
     player.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
-    let mut wish = Wish { direction: DVec3::NEG_Z, speed: 2.5, perform: None };
+    let wish = |direction: DVec3| DirectorInput { direction, speed: Some(2.5), turn: 0.0 };
+    player.set_input(wish(DVec3::NEG_Z));
     let mut found = Steered { begun: Vec::new(), velocity: DVec3::ZERO, lowest: f64::INFINITY };
     for k in 0..((wait + 12.0) * model.step_rate) as usize {
         if k as f64 > wait * model.step_rate {
-            wish.direction = DVec3::X * side;
+            player.set_input(wish(DVec3::X * side));
         }
-        player.drive(&mut sim, &mut wish).unwrap();
+        player.drive(&mut sim).unwrap();
         step(&mut sim, &world);
         player.after_step(&sim);
-        found.begun.extend(player.take_begun().map(str::to_owned));
+        if let Some(DirectorEvent::Began(k)) = player.take_event() {
+            found.begun.push(player.graph().skills()[k].name().to_owned());
+        }
         found.lowest = found.lowest.min(sim.state.root_position.lane(0).y);
     }
     found.velocity = sim.state.root_velocity.linear.lane(0);

@@ -42,6 +42,7 @@ fn app(frame: Duration) -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
+    app.insert_resource(AthleteWorld::ice());
     app.init_resource::<Heard>();
     app.edit_schedule(FixedPostUpdate, |schedule| {
         schedule
@@ -156,10 +157,12 @@ fn bad_transforms_are_refused_with_a_reason() {
     let misfit = spawn(&mut app, Transform::IDENTITY, Some(other));
     let good = spawn(&mut app, Transform::IDENTITY, None);
     run_ticks(&mut app, 2, TICK);
-    for athlete in [big, lost, misfit] {
+    for athlete in [big, lost] {
         assert!(app.world().get::<AthleteBody>(athlete).is_none());
         println!("{}", app.world().get::<Refused>(athlete).expect("a reason").0);
     }
+    // A controller that does not fit is no reason not to be there: it holds.
+    assert!(body(&app, misfit).control_seconds().is_none());
     assert!(matches!(app.world().get::<Refused>(big).unwrap().0, AthleteRefusal::Scale { .. }));
     assert!(app.world().get::<AthleteBody>(good).is_some());
     let heard = app.world().resource::<Heard>();
@@ -325,7 +328,7 @@ fn a_trained_skater_goes_round_and_its_speed_can_be_told() {
     let mut app = app_with_files();
     let skill: Handle<SkillAsset> = loaded(&mut app, "skills/skating/forward_crossover/forward_crossover.skill.ron");
     let athlete = spawn(&mut app, Transform::from_xyz(3.0, 0.0, 1.0), None);
-    app.world_mut().entity_mut(athlete).insert(SkillController::new(skill.clone()));
+    app.world_mut().entity_mut(athlete).insert(AthleteController::skill(skill.clone()));
     run_ticks(&mut app, 64 * 8, TICK);
     let heard = app.world().resource::<Heard>();
     assert!(heard.messages.iter().any(|(_, what)| what == "started"));
@@ -339,14 +342,30 @@ fn a_trained_skater_goes_round_and_its_speed_can_be_told() {
     assert!(place.distance(Vec3::new(3.0, place.y, 1.0)) < 12.0, "{place}");
 
     // Taken away, the joints hold; given back, it begins anew.
-    app.world_mut().entity_mut(athlete).remove::<SkillController>();
+    app.world_mut().entity_mut(athlete).insert(AthleteController::Hold);
     run_ticks(&mut app, 4, TICK);
     assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_none());
-    app.world_mut()
-        .entity_mut(athlete)
-        .insert(SkillController { speed: Some(f32::NAN), ..SkillController::new(skill) });
+    app.world_mut().entity_mut(athlete).insert((AthleteController::skill(skill), AthleteInput::default().at(f32::NAN)));
     run_ticks(&mut app, 4, TICK);
     assert!(app.world().get::<AthleteBody>(athlete).unwrap().skill_player().is_some());
+}
+
+#[cfg(feature = "skills")]
+#[test]
+fn the_skills_inside_the_program_are_those_of_the_folder() {
+    let mut app = app_with_files();
+    let within = "embedded://bevy_athlete/skills/skating/short_program.program.ron";
+    let within: Handle<ProgramAsset> = loaded(&mut app, within);
+    let beside: Handle<ProgramAsset> = loaded(&mut app, "skills/skating/short_program.program.ron");
+    let (programs, skills) =
+        (app.world().resource::<Assets<ProgramAsset>>(), app.world().resource::<Assets<SkillAsset>>());
+    let (within, beside) = (programs.get(&within).unwrap(), programs.get(&beside).unwrap());
+    assert_eq!(within.program, beside.program);
+    for (a, b) in within.skills.iter().zip(&beside.skills) {
+        let [a, b] = [a, b].map(|handle| skills.get(handle).unwrap().bind(&skater()).unwrap());
+        assert_eq!((a.name(), a.policy.fingerprint()), (b.name(), b.policy.fingerprint()));
+        assert_eq!(a.motion.last(), b.motion.last());
+    }
 }
 
 #[test]
@@ -354,14 +373,14 @@ fn a_program_and_a_wish_begin_their_skills() {
     let mut app = app_with_files();
     let program: Handle<ProgramAsset> = loaded(&mut app, "skills/skating/short_program.program.ron");
     let athlete = spawn(&mut app, Transform::IDENTITY, None);
-    app.world_mut().entity_mut(athlete).insert(SkatingProgram(program.clone()));
+    app.world_mut().entity_mut(athlete).insert(AthleteController::Program(program.clone()));
     let skills = app.world().resource::<Assets<ProgramAsset>>().get(&program).unwrap().skills.clone();
     let steered = spawn(&mut app, Transform::from_xyz(20.0, 0.0, 0.0), None);
     // Straight on, then to the left.
-    let steering = Steering { direction: Vec3::NEG_Z, ..Steering::new(skills) };
-    app.world_mut().entity_mut(steered).insert(steering);
+    let input = AthleteInput::towards(Vec3::NEG_Z).at(2.5);
+    app.world_mut().entity_mut(steered).insert((AthleteController::steer(skills), input));
     run_ticks(&mut app, 64 * 2, TICK);
-    app.world_mut().get_mut::<Steering>(steered).unwrap().direction = Vec3::NEG_X;
+    app.world_mut().get_mut::<AthleteInput>(steered).unwrap().direction = Vec3::NEG_X;
     run_ticks(&mut app, 64 * 7, TICK);
     let started = |app: &App, who: Entity| {
         let heard = app.world().resource::<Heard>();
@@ -382,14 +401,16 @@ fn a_skill_without_its_policy_is_refused_by_name() {
     let mut app = app_with_files();
     let handle: Handle<SkillAsset> = app.world().resource::<AssetServer>().load("skills/skating/none/none.skill.ron");
     let athlete = spawn(&mut app, Transform::IDENTITY, None);
-    app.world_mut().entity_mut(athlete).insert(SkillController::new(handle));
+    app.world_mut().entity_mut(athlete).insert(AthleteController::skill(handle));
     for _ in 0..400 {
         std::thread::sleep(Duration::from_millis(5));
         app.update();
-        if app.world().get::<Refused>(athlete).is_some() {
+        if app.world().get::<AthleteBody>(athlete).is_some() {
             break;
         }
     }
-    let refused = app.world().get::<Refused>(athlete).expect("a refusal");
-    assert!(refused.0.to_string().contains("none.skill.ron"), "{}", refused.0);
+    assert!(body(&app, athlete).director().is_none(), "it holds");
+    let mut refusals = app.world_mut().resource_mut::<Messages<AthleteRefused>>();
+    let reasons: Vec<String> = refusals.drain().map(|r| r.reason.to_string()).collect();
+    assert!(reasons.len() == 1 && reasons[0].contains("none.skill.ron"), "{reasons:?}");
 }

@@ -16,7 +16,7 @@ fn along(app: &mut App, distances: &[f32]) -> (Vec<Entity>, Entity) {
         .map(|x| {
             let place = Transform::from_xyz(*x, 0.0, 0.0);
             let lod = AthleteLod { full: 50.0, reduced: 150.0 };
-            app.world_mut().spawn((Athlete(file.clone()), place, SkillController::new(skill.clone()), lod)).id()
+            app.world_mut().spawn((Athlete(file.clone()), place, AthleteController::skill(skill.clone()), lod)).id()
         })
         .collect();
     (athletes, app.world_mut().spawn(AthleteViewer).id())

@@ -85,17 +85,19 @@ fn run_crowd(skill: &SkillAsset, fault: Fault) -> (Vec<u64>, Vec<(Entity, Quaran
     let (file, handle) = (skater_file(&mut app), add(&mut app, skill.clone()));
     let crowd: Vec<Entity> = (0..CROWD)
         .map(|k| {
-            let controller = SkillController { steering: 0.01 * k as f32, ..SkillController::new(handle.clone()) };
-            app.world_mut().spawn((Athlete(file.clone()), place(k), controller)).id()
+            let controller = AthleteController::skill(handle.clone());
+            let input = AthleteInput { turn: 0.01 * k as f32, ..default() };
+            app.world_mut().spawn((Athlete(file.clone()), place(k), controller, input)).id()
         })
         .collect();
     if fault == Fault::Policy {
-        let good = &skill.skill;
+        let model = bevy_athlete::model::skater();
+        let good = skill.bind(&model).unwrap();
         let policy = bad_policy(&good.policy);
-        let mut bad = TrainedSkill::clone(good);
+        let mut bad = TrainedSkill::clone(&good);
         bad.policy = policy;
-        let handle = add(&mut app, SkillAsset { skill: Arc::new(bad), character: "skater".into() });
-        app.world_mut().entity_mut(crowd[BAD]).insert(SkillController::new(handle));
+        let handle = add(&mut app, SkillAsset::made_for(&model, Arc::new(bad)));
+        app.world_mut().entity_mut(crowd[BAD]).insert(AthleteController::skill(handle));
     }
     run_ticks(&mut app, 20);
     let bad = crowd[BAD];
@@ -191,11 +193,11 @@ fn mixed(app: &mut App, count: usize, precision: fn(usize) -> AthletePrecision) 
             let athlete = app.world_mut().spawn((Athlete(file.clone()), settings, place(k))).id();
             let mut entity = app.world_mut().entity_mut(athlete);
             match k % 4 {
-                0 | 1 => entity.insert(SkillController::new(skills[k % 2].clone())),
+                0 | 1 => entity.insert(AthleteController::skill(skills[k % 2].clone())),
                 2 => entity.insert(AthleteController::Play(control.clone())),
                 _ => {
-                    let steering = Steering { direction: Vec3::X, ..Steering::new(skills.to_vec()) };
-                    entity.insert(steering)
+                    let input = AthleteInput::towards(Vec3::X).at(2.5);
+                    entity.insert((AthleteController::steer(skills.clone()), input))
                 }
             };
             if k % 3 == 0 {
@@ -308,7 +310,7 @@ fn frames_of_30_60_144_hz_and_uneven_ones_give_the_same_bits_per_tick() {
             }
         });
         let (file, skill) = (skater_file(&mut app), add(&mut app, shipped_skill("stroking")));
-        app.world_mut().spawn((Athlete(file), place(9), SkillController::new(skill)));
+        app.world_mut().spawn((Athlete(file), place(9), AthleteController::skill(skill)));
         let mut k = 0;
         while app.world().resource::<TickPrints>().0.len() < 128 {
             app.insert_resource(TimeUpdateStrategy::ManualDuration(frames(k)));

@@ -34,8 +34,8 @@ fn spawn(app: &mut App, driver: &str) -> Entity {
         }
         "skill" => {
             let skill = skills()[1].clone();
-            let controller = SkillController { speed: Some(2.8), steering: 0.1, ..SkillController::new(skill) };
-            app.world_mut().entity_mut(athlete).insert(controller);
+            let input = AthleteInput { speed: Some(2.8), turn: 0.1, ..default() };
+            app.world_mut().entity_mut(athlete).insert((AthleteController::skill(skill), input));
         }
         "program" => {
             let skills = skills().to_vec();
@@ -44,12 +44,12 @@ fn spawn(app: &mut App, driver: &str) -> Entity {
             let elements = (0..SKILLS.len()).map(element).collect();
             let program = ProgramDefinition { name: "three".into(), character: "skater".into(), elements };
             let program = add(app, ProgramAsset { program, skills });
-            app.world_mut().entity_mut(athlete).insert(SkatingProgram(program));
+            app.world_mut().entity_mut(athlete).insert(AthleteController::Program(program));
         }
         _ => {
             let skills = skills().to_vec();
-            let steering = Steering { direction: Vec3::X, ..Steering::new(skills) };
-            app.world_mut().entity_mut(athlete).insert(steering);
+            let input = AthleteInput::towards(Vec3::X).at(2.5);
+            app.world_mut().entity_mut(athlete).insert((AthleteController::steer(skills), input));
         }
     }
     app.update();
@@ -182,7 +182,7 @@ fn a_controller_of_before_comes_back_with_the_snapshot() {
     let snapshot = body(&app, athlete).snapshot();
     run_ticks(&mut app, SPAN);
     let straight = body(&app, athlete).snapshot();
-    app.world_mut().entity_mut(athlete).remove::<SkillController>();
+    app.world_mut().entity_mut(athlete).insert(AthleteController::Hold);
     run_ticks(&mut app, 5);
     assert!(body(&app, athlete).skill_player().is_none());
     // From bytes the body's own driver has to be the one.
@@ -190,7 +190,7 @@ fn a_controller_of_before_comes_back_with_the_snapshot() {
     let before = body(&app, athlete).snapshot();
     let refused = body_mut(&mut app, athlete).restore(&AthleteSnapshot::from_bytes(&bytes).unwrap()).unwrap_err();
     println!("{refused}");
-    assert!(matches!(refused, SnapshotError::Driver { .. }));
+    assert!(matches!(refused, SnapshotError::Controller { .. }));
     assert!(body(&app, athlete).snapshot() == before);
     // From memory it comes along.
     body_mut(&mut app, athlete).restore(&snapshot).unwrap();

@@ -9,9 +9,8 @@ use bevy_athlete::asset::clip::{MotionClip, Pose};
 use bevy_athlete::control::{Policy, ReconstructedControl};
 use bevy_athlete::engine::*;
 use bevy_athlete::model::{KeyPoses, ModelPose, skater};
-use bevy_athlete::skill::{SkillDefinition, TrainedSkill};
+use bevy_athlete::skill::SkillDefinition;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// Length of a fixed tick at Bevy's 64 Hz.
@@ -22,6 +21,7 @@ pub fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), AthletePlugins));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
+    app.insert_resource(AthleteWorld::ice());
     let strict = || ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..Default::default() };
     app.edit_schedule(FixedPostUpdate, |schedule| {
         schedule.set_build_settings(strict());
@@ -45,14 +45,12 @@ pub fn shipped_skill(name: &str) -> SkillAsset {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/skills/skating").join(name);
     let definition = SkillDefinition::load(folder.join(format!("{name}.skill.ron"))).unwrap();
     let motion = folder.join(&definition.motion);
-    let clip = if motion.to_string_lossy().ends_with(".keyposes.ron") {
-        KeyPoses::load(&motion).unwrap().to_clip(&skater()).unwrap()
-    } else {
-        MotionClip::load(&motion).unwrap()
-    };
     let policy = Policy::load(folder.join("policy.onnx")).unwrap();
-    let skill = TrainedSkill::new(definition, &clip, policy, &skater()).unwrap();
-    SkillAsset { skill: Arc::new(skill), character: "skater".into() }
+    if motion.to_string_lossy().ends_with(".keyposes.ron") {
+        SkillAsset::from_key_poses(definition, KeyPoses::load(&motion).unwrap(), policy)
+    } else {
+        SkillAsset::new(definition, MotionClip::load(&motion).unwrap(), policy)
+    }
 }
 
 pub fn add<A: Asset>(app: &mut App, asset: A) -> Handle<A> {

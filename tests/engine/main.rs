@@ -13,6 +13,7 @@ mod avian;
 #[cfg(feature = "avian")]
 mod avian_ground;
 mod bevy_plugin;
+mod bodies;
 mod engine_detail;
 mod engine_rooms;
 mod engine_snapshots;

@@ -100,6 +100,7 @@ fn app(spawn: impl FnOnce(&mut App) -> Entity) -> (App, Entity) {
     let mut app = App::new();
     let assets = AssetPlugin { file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/assets").into(), ..default() };
     app.add_plugins((MinimalPlugins, assets, AthletePlugins, AthletePanelsPlugin));
+    app.insert_resource(AthleteWorld::ice());
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
     // The panels' systems have a fixed order among those of the athletes.
     app.edit_schedule(FixedPostUpdate, |schedule| {
@@ -134,7 +135,7 @@ fn stroking() -> (App, Entity) {
         let server = app.world().resource::<AssetServer>();
         let character = server.load("embedded://bevy_athlete/skater.character.ron");
         let skill = server.load("skills/skating/stroking/stroking.skill.ron");
-        app.world_mut().spawn((Athlete(character), SkillController::new(skill))).id()
+        app.world_mut().spawn((Athlete(character), AthleteController::skill(skill))).id()
     })
 }
 

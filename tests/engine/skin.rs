@@ -69,6 +69,7 @@ fn app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default(), AthletePlugins));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
+    app.insert_resource(AthleteWorld::ice());
     app.finish();
     app.cleanup();
     app.update();
@@ -326,6 +327,7 @@ fn a_scene_from_the_loader_is_dressed() {
     app.add_plugins((bevy::world_serialization::WorldSerializationPlugin, bevy::gltf::GltfPlugin::default()));
     app.add_plugins(AthletePlugins);
     app.insert_resource(TimeUpdateStrategy::ManualDuration(TICK));
+    app.insert_resource(AthleteWorld::ice());
     app.finish();
     app.cleanup();
     let assets = app.world().resource::<AssetServer>().clone();

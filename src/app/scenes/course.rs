@@ -4,7 +4,7 @@
 use crate::app::labels::Label;
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
-use crate::app::window::Stage;
+use crate::app::stage::Stage;
 use crate::contact::{Geometry, Solid, Surface, World};
 use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, AthleteWorld, CharacterAsset};
 use crate::model::{KeyPoses, ModelClip, ModelPose, SharedModel, runner};

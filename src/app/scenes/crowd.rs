@@ -3,10 +3,10 @@
 use crate::app::camera::{CameraMode, OrbitCamera, follow};
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
-use crate::app::window::Stage;
+use crate::app::stage::Stage;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteLook, AthletePrecision, AthleteSettings, AthleteWorld,
-    CharacterAsset, PlaybackSpeed, SkillController,
+    Athlete, AthleteBody, AthleteController, AthleteDiagnosticsPlugin, AthleteLook, AthletePrecision, AthleteSettings,
+    AthleteWorld, CharacterAsset, PlaybackSpeed,
 };
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
@@ -69,7 +69,7 @@ fn enter(
     }
     let root = scene_root(&mut commands, DemoScene::Crowd);
     props.rink(&mut commands, root, Vec3::ZERO, stage.options.low);
-    commands.insert_resource(AthleteWorld::default());
+    commands.insert_resource(AthleteWorld::ice());
     *count = CrowdCount { fixed: stage.options.crowd > 0, ..default() };
 }
 
@@ -151,7 +151,7 @@ fn grow(
             Skater,
             DespawnOnExit(DemoScene::Crowd),
             Athlete(character.clone()),
-            SkillController::new(assets.load("skills/skating/forward_crossover/forward_crossover.skill.ron")),
+            AthleteController::skill(assets.load("skills/skating/forward_crossover/forward_crossover.skill.ron")),
             AthleteSettings { precision: AthletePrecision::Single, ..default() },
             look(k),
             place(k),

@@ -3,7 +3,7 @@
 
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
-use crate::app::window::Stage;
+use crate::app::stage::Stage;
 use crate::contact::{Geometry, Solid, Surface, World};
 use crate::engine::{
     Athlete, AthleteBody, AthleteController, AthleteHistory, AthleteSystems, AthleteTargets, AthleteWorld,

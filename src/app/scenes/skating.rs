@@ -1,13 +1,14 @@
 //! The rink: a skater that performs what the menu says, or goes where the arrow keys point.
 
+use crate::app::act::Act;
 use crate::app::props::Props;
 use crate::app::rink::HALF;
 use crate::app::scenes::{DemoScene, scene_root};
-use crate::app::stick::ThumbStick;
-use crate::app::window::Stage;
+use crate::app::stage::Stage;
+use crate::app::thumb::ThumbStick;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteController, AthleteGhost, AthleteGizmos, AthleteHistory, AthleteSettings,
-    AthleteWorld, CharacterAsset, ControlAsset, SkatingProgram, SkillController, Steering,
+    Athlete, AthleteBody, AthleteController, AthleteGhost, AthleteGizmos, AthleteHistory, AthleteInput,
+    AthleteSettings, AthleteWorld, CharacterAsset, ControlAsset, PerformSkill,
 };
 use crate::skill::SKATING_SKILLS;
 use bevy::prelude::*;
@@ -15,55 +16,8 @@ use bevy_egui::input::{EguiWantsInput, egui_wants_any_keyboard_input};
 
 /// So near to the boards a steered skater is turned back, m.
 const NEAR_BOARDS: f32 = 5.0;
-
-/// What the skater on the rink does.
-#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Act {
-    /// The reconstructed control, beside the motion it follows.
-    Clip,
-    /// The short program.
-    Program,
-    /// Where the player points.
-    Steer,
-    /// One skill, by its index among those that ship.
-    Skill(usize),
-}
-
-impl Act {
-    /// The act of this name: `clip`, `program`, `steer`, or a skill.
-    pub fn of_name(name: &str) -> Option<Self> {
-        match name {
-            "clip" => Some(Self::Clip),
-            "program" => Some(Self::Program),
-            "steer" => Some(Self::Steer),
-            skill => SKATING_SKILLS.iter().position(|s| *s == skill).map(Self::Skill),
-        }
-    }
-
-    /// All names that [`Act::of_name`] knows.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        ["clip", "program", "steer"].into_iter().chain(SKATING_SKILLS)
-    }
-
-    /// Its title in the menu.
-    pub fn title(self) -> String {
-        match self {
-            Self::Clip => "Reconstructed clip".into(),
-            Self::Program => "Short program".into(),
-            Self::Steer => "Steer it yourself".into(),
-            Self::Skill(k) => skill_title(SKATING_SKILLS.get(k).copied().unwrap_or_default()),
-        }
-    }
-}
-
-/// A skill's name as a title.
-pub(crate) fn skill_title(name: &str) -> String {
-    let mut title = name.replace('_', " ");
-    if let Some(first) = title.get_mut(..1) {
-        first.make_ascii_uppercase();
-    }
-    title
-}
+/// Speed at which a steered skater begins, m/s.
+const SPEED: f32 = 2.5;
 
 /// What is drawn beside and over the skater.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,16 +93,18 @@ fn spawn_skater(
             skater.insert(AthleteController::Play(control));
         }
         Act::Program => {
-            let program = SkatingProgram(assets.load("skills/skating/short_program.program.ron"));
+            let program = AthleteController::Program(assets.load("skills/skating/short_program.program.ron"));
             skater.insert((program, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 8.0))));
         }
         Act::Steer => {
-            let steering = Steering::new(SKATING_SKILLS.iter().map(|name| skill(name)).collect());
-            skater.insert((steering, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 6.0))));
+            let controller = AthleteController::steer(SKATING_SKILLS.map(skill));
+            let input = AthleteInput::default().at(SPEED);
+            skater.insert((controller, input, Transform::from_translation(middle + Vec3::new(0.0, 0.0, 6.0))));
         }
         Act::Skill(k) => {
             let place = Transform::from_translation(middle + Vec3::new(0.0, 0.0, if k == 0 { 20.0 } else { 4.0 }));
-            skater.insert((SkillController::new(skill(SKATING_SKILLS[k.min(SKATING_SKILLS.len() - 1)])), place));
+            let skill = skill(SKATING_SKILLS[k.min(SKATING_SKILLS.len() - 1)]);
+            skater.insert((AthleteController::skill(skill), place));
         }
     }
 }
@@ -171,7 +127,8 @@ fn steer(
     stage: Res<Stage>,
     mut act: ResMut<Act>,
     cameras: Query<&GlobalTransform, With<Camera3d>>,
-    mut skaters: Query<(&Transform, Option<&AthleteBody>, Option<&mut Steering>), With<RinkSkater>>,
+    mut commands: Commands,
+    mut skaters: Query<(Entity, &Transform, Option<&AthleteBody>, &mut AthleteInput), With<RinkSkater>>,
 ) {
     let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
     let mut stick =
@@ -194,10 +151,9 @@ fn steer(
         return;
     }
     let Some(camera) = cameras.iter().next() else { return };
-    for (transform, body, steering) in &mut skaters {
-        let Some(mut steering) = steering else { continue };
+    for (skater, transform, body, mut input) in &mut skaters {
         if let Some(name) = perform {
-            steering.perform = Some(name.into());
+            commands.trigger(PerformSkill::new(skater, name));
         }
         let ahead = camera.forward().as_vec3().with_y(0.0).normalize_or_zero();
         let right = Vec3::new(-ahead.z, 0.0, ahead.x);
@@ -207,12 +163,12 @@ fn steer(
         if outward(from_middle, velocity) {
             // Back to the middle before the boards.
             wanted = -from_middle.with_y(0.0);
-        } else if wanted == Vec3::ZERO && !outward(from_middle, steering.direction) {
+        } else if wanted == Vec3::ZERO && !outward(from_middle, input.direction) {
             // Without a wish the last one goes on.
-            wanted = steering.direction;
+            wanted = input.direction;
         }
-        if steering.direction != wanted {
-            steering.direction = wanted;
+        if input.direction != wanted {
+            input.direction = wanted;
         }
     }
 }

@@ -8,7 +8,7 @@ use bevy_athlete::cli::{
 };
 use bevy_athlete::contact::World;
 use bevy_athlete::sim::TraceWriter;
-use bevy_athlete::skill::{ProgramDefinition, ProgramPlayer, TrialOptions};
+use bevy_athlete::skill::{Director, ProgramDefinition, TrialOptions};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
 use serde_json::json;
@@ -64,7 +64,7 @@ impl Program {
                 skills.insert(element.skill.clone(), Arc::new(load_trained_skill(&element.skill, &model)?));
             }
         }
-        let player = ProgramPlayer::new(&program, &skills, model.step_rate)?;
+        let director = Director::program(&program, &skills, model.step_rate)?;
         let (world, trial) = (World::ice(), TrialOptions::default());
 
         let mut frames = self.storyboard.as_ref().map(|_| FrameRecorder::new(60.0, true));
@@ -75,9 +75,9 @@ impl Program {
         if frames.is_some() || trace.is_some() {
             let mut writer = None;
             let mut failed = None;
-            run_program(&mut player.clone(), &model, &world, &trial, (self.seed, 0), |sim, player| {
+            run_program(&mut director.clone(), &model, &world, &trial, (self.seed, 0), |sim, director| {
                 if let Some(frames) = &mut frames {
-                    frames.look(sim, &player.player().reference_pose());
+                    frames.look(sim, &director.player().reference_pose());
                 }
                 let written = match (&mut writer, trace.take()) {
                     (None, Some(out)) => TraceWriter::new(out, sim, 0).map(|w| writer = Some(w)),
@@ -98,7 +98,7 @@ impl Program {
         let (next, progress) = (AtomicU64::new(0), bar(self.runs, "program"));
         let runs = std::thread::scope(|scope| -> Result<Vec<_>, Box<dyn std::error::Error>> {
             let work = || -> Result<Vec<_>, bevy_athlete::control::PolicyError> {
-                let (mut mine, mut done) = (player.clone(), Vec::new());
+                let (mut mine, mut done) = (director.clone(), Vec::new());
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
                     if number >= self.runs {
@@ -117,7 +117,7 @@ impl Program {
         })?;
         progress.finish_and_clear();
 
-        let elements = player.elements();
+        let elements = &program.elements;
         let reached = |k: usize| runs.iter().filter(|r| r.element >= k).count();
         let fell = |k: usize| runs.iter().filter(|r| r.element == k && r.fell).count();
         let whole = runs.iter().filter(|r| !r.fell).count() as u64;
@@ -130,13 +130,16 @@ impl Program {
         }
         say(&format!(
             "{:<3} {:<26} {:>7} {:>6}  {}",
-            "", "element", "reached", "falls", "passage from the one before"
+            "", "element", "reached", "falls", "transition from the one before"
         ))?;
         for (k, element) in elements.iter().enumerate() {
-            let passage = k.checked_sub(1).and_then(|k| player.transitions().get(k)).map_or(String::new(), |t| {
+            let graph = director.graph();
+            let skill = |k: usize| graph.index(&elements.get(k)?.skill);
+            let before = k.checked_sub(1).and_then(skill).zip(skill(k));
+            let transition = before.and_then(|(from, to)| graph.transition(from, to)).map_or(String::new(), |t| {
                 format!("from tick {} to tick {}, distance {:.2}", t.leave, t.enter, t.distance)
             });
-            say(&format!("{:<3} {:<26} {:>7} {:>6}  {passage}", k + 1, element.skill, reached(k), fell(k)))?;
+            say(&format!("{:<3} {:<26} {:>7} {:>6}  {transition}", k + 1, element.skill, reached(k), fell(k)))?;
         }
         let (low, high) = wilson_interval(whole, self.runs);
         say(&format!(

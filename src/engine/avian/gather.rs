@@ -1,10 +1,11 @@
 //! Finds the colliders near each athlete and steps it on them.
 
+use crate::engine::arena::Worlds;
 use crate::engine::avian::ground::CollidersAndSolids;
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderGround};
 use crate::engine::ground::OwnGround;
-use crate::engine::{AthleteBody, AthleteSettings, AthleteWorld};
+use crate::engine::{AthleteBody, AthleteSettings, InArena};
 use avian3d::prelude::{
     AngularVelocity, Collider, ColliderAabb, ColliderDisabled, ColliderOf, CollisionLayers, ComputedAngularInertia,
     ComputedCenterOfMass, ComputedMass, ContactGraph, DefaultFriction, Friction, LinearVelocity, LockedAxes, Position,
@@ -60,17 +61,17 @@ pub(super) struct AvianWorld<'w, 's> {
 /// Steps every athlete through the tick on the colliders near it, on all threads of the compute pool.
 pub(super) fn step_on_colliders(
     time: Res<Time>,
-    solids: Res<AthleteWorld>,
+    worlds: Worlds,
     avian: AvianWorld,
     mut athletes: Query<
-        (Entity, &mut AthleteBody, &mut ColliderGround, &AthleteSettings, Option<&CollisionLayers>),
+        (Entity, &mut AthleteBody, &mut ColliderGround, &AthleteSettings, Option<&CollisionLayers>, Option<&InArena>),
         With<OwnGround>,
     >,
 ) {
     let dt = time.delta();
-    athletes.par_iter_mut().for_each(|(entity, mut body, mut ground, settings, layers)| {
+    athletes.par_iter_mut().for_each(|(entity, mut body, mut ground, settings, layers, arena)| {
         avian.gather(entity, &mut body, &mut ground, layers.copied().unwrap_or_default(), dt.as_secs_f64());
-        let mut ground = CollidersAndSolids { colliders: &mut ground, solids: &solids.0 };
+        let mut ground = CollidersAndSolids { colliders: &mut ground, solids: worlds.of(arena) };
         body.advance(dt, &mut ground, settings);
     });
 }

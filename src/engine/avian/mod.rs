@@ -56,13 +56,14 @@ mod mesh;
 mod mover;
 mod plugin;
 mod profile;
+mod push;
 mod pushes;
 mod surface;
 mod triangles;
 
 pub use ground::ColliderGround;
 pub use plugin::AthleteAvianPlugin;
-pub use pushes::ColliderPush;
+pub use push::ColliderPush;
 pub use surface::AthleteSurface;
 
 /// The code of the guide compiles.

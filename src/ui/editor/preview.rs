@@ -2,11 +2,11 @@
 
 use crate::engine::{
     Athlete, AthleteBody, AthleteController, AthleteFell, AthleteLook, AthleteReset, AthleteSettings, CharacterAsset,
-    ControlAsset, LinkPoses, Placement, SkillAsset, SkillController, shape_mesh,
+    ControlAsset, LinkId, LinkPoses, Placement, SkillAsset, shape_mesh,
 };
 use crate::model::{LinkTransform, SharedModel};
 use crate::ui::editor::state::{Performance, PoseEditor};
-use crate::ui::plugin::{AthletePanels, Panel};
+use crate::ui::panel_choice::{AthletePanels, Panel};
 use bevy::light::{NotShadowCaster, NotShadowReceiver};
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -90,7 +90,7 @@ fn place_stage(
         return;
     }
     let found = panels.selected.and_then(|s| athletes.get(s).ok()).or_else(|| athletes.iter().next());
-    let Some(root) = found.map(|poses| poses.link(0)) else { return };
+    let Some(root) = found.map(|poses| poses.link(LinkId::ROOT)) else { return };
     editor.bring_here = false;
     // The character's own heading, without its lean.
     let Ok(mut placement) = Placement::from_transform(&root) else { return };
@@ -148,11 +148,11 @@ fn perform(
     match performance {
         Performance::Control(found) => {
             let control = controls.add(ControlAsset { control: found.control.clone() });
-            entity.remove::<SkillController>().insert(AthleteController::Play(control));
+            entity.insert(AthleteController::Play(control));
         }
         Performance::Skill(skill) => {
-            let skill = skills.add(SkillAsset { skill: skill.clone(), character: model.name.clone() });
-            entity.insert(SkillController::new(skill));
+            let skill = skills.add(SkillAsset::made_for(model, skill.clone()));
+            entity.insert(AthleteController::skill(skill));
         }
     }
 }

@@ -28,7 +28,7 @@ const ROOMS: [&[&str]; 11] = [
 ];
 
 /// Where circles are being taken apart: those within one of these are not told yet.
-const UNTIL_TAKEN_APART: [&str; 5] = ["app/", "ui/", "engine/", "control/tracking/", "train/ppo/"];
+const UNTIL_TAKEN_APART: [&str; 2] = ["control/tracking/", "train/ppo/"];
 
 fn lib() -> Crate {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

@@ -1,13 +1,13 @@
-//! Watches a body step by step and notes what is worth an event.
+//! Looks at a body step by step and detects what is worth an event.
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
 use crate::engine::QuarantineReason;
-use crate::engine::body::standing_height;
 use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
+use crate::skill::NoEntry;
 use bevy::math::DVec3;
 
 /// How long a new edge has to last, s: blades chatter for a few milliseconds when they touch down.
@@ -19,20 +19,21 @@ const FALLEN_BELOW: f64 = 0.5;
 /// ... and up again above this one.
 const RISEN_ABOVE: f64 = 0.7;
 
-/// Something to tell.
+/// Something that happened to a body.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Happening {
+pub(super) enum BodyEvent {
     Edge { time: f64, blade: usize, from: BladeEdge, to: BladeEdge },
     TakeOff { time: f64, velocity: DVec3 },
     Landing { time: f64, airtime: f64, velocity: DVec3, height: f64, turns: f64 },
     SkillStarted { time: f64, skill: String },
     SkillEnded { time: f64, skill: String },
+    SkillRefused { time: f64, skill: String, reason: NoEntry },
     Fell { time: f64, link: usize },
     Finished { time: f64 },
     Quarantined { time: f64, reason: QuarantineReason },
 }
 
-/// An edge that was told, and one that may replace it.
+/// An edge that was told of, and one that may replace it.
 #[derive(Clone, Copy, Debug, Default)]
 struct EdgeWatch {
     told: BladeEdge,
@@ -40,9 +41,9 @@ struct EdgeWatch {
     since: f64,
 }
 
-/// What the watch remembers.
+/// What the detector remembers.
 #[derive(Clone, Debug)]
-pub(super) struct Watch {
+pub(super) struct EventDetector {
     edges: Vec<EdgeWatch>,
     /// For each contact point, whether it is on the trunk or the head.
     trunk: Vec<bool>,
@@ -89,11 +90,11 @@ pub(super) struct Touches<R: Real> {
 }
 
 impl<R: Real> Touches<R> {
-    /// By the impulses of the last step; `watch` is that of a body of the same model.
-    pub fn of(sim: &Simulator<R>, watch: &Watch) -> Self {
+    /// By the impulses of the last step; `detector` is that of a body of the same model.
+    pub fn of(sim: &Simulator<R>, detector: &EventDetector) -> Self {
         let none = R::zero().lt(R::zero());
         let (mut any, mut trunk) = (none, none);
-        for (impulse, on_trunk) in sim.state.contact_impulses.iter().zip(&watch.trunk) {
+        for (impulse, on_trunk) in sim.state.contact_impulses.iter().zip(&detector.trunk) {
             let touches = touches(impulse);
             any = any | touches;
             if *on_trunk {
@@ -112,7 +113,7 @@ fn touches<R: Real>(impulse: &Vec3<R>) -> R::Mask {
     R::zero().lt(impulse.x.abs().max(impulse.y.abs()).max(impulse.z.abs()))
 }
 
-impl Watch {
+impl EventDetector {
     pub fn new(model: &CharacterModel) -> Self {
         let is_trunk = model.trunk_links();
         Self {
@@ -142,7 +143,7 @@ impl Watch {
         time: f64,
         touches_now: &Touches<R>,
         surroundings: &impl Terrain<f64>,
-        out: &mut Vec<Happening>,
+        out: &mut Vec<BodyEvent>,
     ) {
         for (blade, watch) in self.edges.iter_mut().enumerate() {
             let edge = sim.blade_edge(blade, lane);
@@ -151,7 +152,7 @@ impl Watch {
                 watch.since = time;
             }
             if watch.seen != watch.told && time - watch.since >= EDGE_SETTLE {
-                out.push(Happening::Edge { time: watch.since, blade, from: watch.told, to: watch.seen });
+                out.push(BodyEvent::Edge { time: watch.since, blade, from: watch.told, to: watch.seen });
                 watch.told = watch.seen;
             }
         }
@@ -163,7 +164,7 @@ impl Watch {
             if self.airborne {
                 let airtime = time - self.last_contact.unwrap_or(time);
                 let (height, turns) = (self.flight.high - self.flight.low, self.flight.turned / core::f64::consts::TAU);
-                out.push(Happening::Landing { time, airtime, velocity: velocity(sim), height, turns });
+                out.push(BodyEvent::Landing { time, airtime, velocity: velocity(sim), height, turns });
                 self.airborne = false;
             }
             self.last_contact = Some(time);
@@ -171,7 +172,7 @@ impl Watch {
             && !self.airborne
             && time - last >= FLIGHT_SETTLE
         {
-            out.push(Happening::TakeOff { time: last, velocity: velocity(sim) });
+            out.push(BodyEvent::TakeOff { time: last, velocity: velocity(sim) });
             self.airborne = true;
         }
 
@@ -187,7 +188,7 @@ impl Watch {
                 let point = sim.state.contact_impulses.iter().zip(&self.trunk).position(hit);
                 if let (Some(point), true) = (point, height < FALLEN_BELOW * self.height) {
                     self.fallen = true;
-                    out.push(Happening::Fell { time, link: sim.model().contact_points[point].link });
+                    out.push(BodyEvent::Fell { time, link: sim.model().contact_points[point].link });
                 }
             } else if height > RISEN_ABOVE * self.height {
                 self.fallen = false;
@@ -210,7 +211,7 @@ impl Watch {
         [low, high, heading.0, heading.1, turned].into_iter().for_each(|x| out.number(x));
     }
 
-    /// Goes to where a watch of the same model was.
+    /// Goes to where a detector of the same model was.
     pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
         from.exactly("number of blades", self.edges.len())?;
         for edge in &mut self.edges {
@@ -226,6 +227,13 @@ impl Watch {
         self.flight = FlightWatch { low, high, heading, turned: number()? };
         Ok(())
     }
+}
+
+/// Standing height of the centre of mass above the lowest contact point in the zero pose, m.
+fn standing_height(model: &CharacterModel) -> f64 {
+    let places = model.rest_positions();
+    let moment: f64 = model.links.iter().zip(&places).map(|(l, p)| l.mass * (p.y + l.com.y)).sum();
+    model.rest_root_height() + moment / model.mass()
 }
 
 const EDGES: [BladeEdge; 4] = [BladeEdge::Off, BladeEdge::Flat, BladeEdge::Inside, BladeEdge::Outside];

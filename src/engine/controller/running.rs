@@ -1,28 +1,28 @@
-//! What tells the joints of a body where to go.
+//! What tells the joints of a body where to go, as the body keeps it.
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::{ControlPlayer, ReconstructedControl};
 use crate::engine::Placement;
-use crate::engine::performer::Performer;
 use crate::sim::Simulator;
+use crate::skill::Director;
 use std::sync::Arc;
 
-/// What tells the joints where to go, as the body keeps it. Clones share all that does not change.
+/// What runs. Clones share all that does not change.
 #[derive(Clone, Debug)]
-pub(super) enum Driver {
+pub(in crate::engine) enum Controller {
     /// Nobody: the commands stay.
     Hold,
     /// A control, in the character's frame and as moved to a placement.
     Play { control: Arc<ReconstructedControl>, player: ControlPlayer, placed: Placement, finished: Option<f64> },
     /// Trained skills.
-    Perform { performer: Performer, finished: Option<f64> },
+    Direct { director: Box<Director>, finished: Option<f64> },
 }
 
-impl Driver {
+impl Controller {
     /// Whether the next step begins a decision, which looks at the body.
     pub fn at_decision(&self) -> bool {
         match self {
-            Self::Perform { performer, .. } => performer.player().at_decision(),
+            Self::Direct { director, .. } => director.player().at_decision(),
             Self::Hold | Self::Play { .. } => false,
         }
     }
@@ -35,7 +35,7 @@ impl Driver {
                 player.drive(sim);
                 commands
             }
-            Self::Perform { performer, .. } => performer.move_targets(sim),
+            Self::Direct { director, .. } => director.player_mut().move_targets(sim),
             Self::Hold | Self::Play { .. } => false,
         }
     }
@@ -45,7 +45,7 @@ impl Driver {
         match self {
             Self::Hold => true,
             Self::Play { .. } => false,
-            Self::Perform { performer, .. } => performer.set_rate(rate),
+            Self::Direct { director, .. } => director.set_rate(rate),
         }
     }
 
@@ -80,7 +80,7 @@ impl Driver {
                 out.number(control.seconds);
                 format!("a control of the clip {}", control.clip.name)
             }
-            Self::Perform { performer, .. } => performer.identity(&mut out),
+            Self::Direct { director, .. } => director.identity(&mut out),
         };
         out.text(&name);
         (name, hash(&out.finish()))
@@ -94,9 +94,9 @@ impl Driver {
                 out.option(*finished, StateWriter::number);
                 player.write_state(out);
             }
-            Self::Perform { performer, finished } => {
+            Self::Direct { director, finished } => {
                 out.option(*finished, StateWriter::number);
-                performer.write_state(out);
+                director.write_state(out);
             }
         }
     }
@@ -110,15 +110,15 @@ impl Driver {
                 *finished = end(from)?;
                 player.read_state(from)
             }
-            Self::Perform { performer, finished } => {
+            Self::Direct { director, finished } => {
                 *finished = end(from)?;
-                performer.read_state(from)
+                director.read_state(from)
             }
         }
     }
 }
 
 /// FNV-1a, 64 bit (Fowler, Noll, Vo 1991): tells contents apart; no seal against a forger.
-pub(super) fn hash(bytes: &[u8]) -> u64 {
+pub(in crate::engine) fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
 }

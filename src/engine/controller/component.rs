@@ -1,0 +1,97 @@
+//! What users say about what an athlete does.
+
+use crate::engine::{ControlAsset, ProgramAsset, SkillAsset};
+use crate::skill::DirectorInput;
+use bevy::math::{DQuat, DVec3};
+use bevy::prelude::*;
+
+/// What tells the joints of an athlete where to go. Change it at any time: what is new starts from its beginning, with the
+/// athlete put into its first pose, once its files have arrived. What does not fit the athlete is refused
+/// ([`AthleteRefused`](super::super::AthleteRefused) says why), and it holds.
+#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub enum AthleteController {
+    /// Hold the present targets: at spawn, the zero pose of the character file.
+    #[default]
+    Hold,
+    /// Take the targets from the component [`AthleteTargets`] in every fixed tick.
+    External,
+    /// Play a control from its first pose on.
+    Play(Handle<ControlAsset>),
+    /// Perform a trained skill, over and over if it repeats, at the speed and with the turn of [`AthleteInput`].
+    Skill {
+        /// The skill.
+        skill: Handle<SkillAsset>,
+    },
+    /// Perform a program: one skill after the other.
+    Program(Handle<ProgramAsset>),
+    /// Go where [`AthleteInput`] says: straight skills on straight ways, curving ones on curves, others on request
+    /// ([`PerformSkill`](super::PerformSkill)).
+    Steer {
+        /// The skills that may be used; it begins with the first.
+        skills: Vec<Handle<SkillAsset>>,
+    },
+}
+
+impl AthleteController {
+    /// One skill.
+    pub fn skill(skill: Handle<SkillAsset>) -> Self {
+        Self::Skill { skill }
+    }
+    /// Skills by wish, beginning with the first.
+    pub fn steer(skills: impl IntoIterator<Item = Handle<SkillAsset>>) -> Self {
+        Self::Steer { skills: skills.into_iter().collect() }
+    }
+}
+
+/// What is wished of an athlete. [`AthleteController`] says who listens to what.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct AthleteInput {
+    /// Where to go ([`AthleteController::Steer`]): a direction over the ground, world frame; its length does not matter, zero
+    /// is as it comes.
+    pub direction: Vec3,
+    /// How fast ([`AthleteController::Skill`], [`AthleteController::Steer`]): mean speed, m/s; `None` is that of the skill's
+    /// motion.
+    pub speed: Option<f32>,
+    /// How the way turns ([`AthleteController::Skill`]), rad/s, positive to the left.
+    pub turn: f32,
+}
+
+impl AthleteInput {
+    /// Fastest speed that can be asked for, m/s.
+    const FASTEST: f32 = 30.0;
+    /// Fastest turn that can be asked for, rad/s.
+    const TIGHTEST: f32 = 2.0;
+
+    /// Towards a direction over the ground, world frame.
+    pub fn towards(direction: Vec3) -> Self {
+        Self { direction, ..Self::default() }
+    }
+    /// At a mean speed, m/s.
+    pub fn at(self, speed: f32) -> Self {
+        Self { speed: Some(speed), ..self }
+    }
+
+    /// With what is no number, or beyond what can be, brought back.
+    pub(super) fn checked(&self) -> DirectorInput {
+        let bounded = |x: f32, low: f32, high: f32| if x.is_finite() { f64::from(x.clamp(low, high)) } else { 0.0 };
+        DirectorInput {
+            direction: if self.direction.is_finite() { self.direction.as_dvec3() } else { DVec3::ZERO },
+            speed: self.speed.map(|speed| bounded(speed, 0.0, Self::FASTEST)),
+            turn: bounded(self.turn, -Self::TIGHTEST, Self::TIGHTEST),
+        }
+    }
+}
+
+/// Joint targets set by you. They are read in [`AthleteSystems::Control`](super::super::AthleteSystems::Control), so write them
+/// in `FixedUpdate`.
+#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Default)]
+pub struct AthleteTargets {
+    /// Target rotation of each link against its parent by link index, child axes to parent axes; entry 0 is unused. Links
+    /// beyond the end keep their target.
+    pub rotations: Vec<DQuat>,
+    /// Target angular velocity of each link against its parent by link index, child axes, rad/s; zero beyond the end.
+    pub velocities: Vec<DVec3>,
+}
