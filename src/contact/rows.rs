@@ -100,6 +100,7 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
         let k = &kinematics[group.link];
         for (c, at) in candidates[group.start..group.end].iter_mut().zip(group.start..) {
             let warm;
+            let mut partner_normal = zero;
             if c.is_grip {
                 c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
                 let anchor = Vec3::splat(grip_anchors[c.source].unwrap_or(DVec3::ZERO));
@@ -131,6 +132,9 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                     s = Vec3::select(c.blade, (across + along * turn) * scale, s);
                     glide = (speed * turn * scale).masked(c.blade);
                     c.bite = R::splat(spec.bite.unwrap_or(1e9));
+                    // The edge holds by the load on both ends: what the other one starts from counts too.
+                    let other = if c.source == spec.toe { spec.heel } else { spec.toe };
+                    partner_normal = warm_points[other].dot(probes[other].hit.normal).max(zero).masked(c.blade);
                 }
                 c.directions = [n, t, s];
                 c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
@@ -178,7 +182,7 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 c.impulses[0] = c.impulses[0].max(zero);
                 let limit = c.friction * c.impulses[0];
                 c.impulses[1] = c.impulses[1].clamp(-limit, limit);
-                let side = R::select(c.blade, c.bite * c.impulses[0], limit);
+                let side = R::select(c.blade, c.bite * (c.impulses[0] + partner_normal), limit);
                 c.impulses[2] = c.impulses[2].clamp(-side, side);
             }
             if gives_way {
