@@ -9,6 +9,13 @@
 //!
 //! where `error` is the rotation vector from the joint's rotation to its target (child axes), `w` the joint velocity
 //! (child axes), `a` its unknown derivative. The term `-e a` goes into the articulated inertias.
+//!
+//! Beyond the range of the joint a spring and a damper act in the same way.
+//!
+//! The joint's torque limit holds for the sum of servo, extra torque and spring. Here it is applied to what is known before the
+//! step, the explicit and the implicit part by the same factor: a servo at its limit is a weaker servo, which is as stable as the
+//! strong one. In a jolt the implicit damping may still go beyond the limit for a step: what it makes of it is known only when the step
+//! is solved.
 
 use crate::dynamics::{LinkConstants, State};
 use crate::math::{Quat, Real, Vec3};
@@ -24,7 +31,8 @@ pub struct JointCommand<R> {
     pub kp: R,
     /// Damping, N m s/rad.
     pub kd: R,
-    /// Extra torque on the child (and its opposite on the parent), child axes, N m; not limited.
+    /// Extra torque on the child (and its opposite on the parent), child axes, N m. It counts towards the joint's torque limit
+    /// like the servo's own.
     pub torque: Vec3<R>,
 }
 
@@ -43,13 +51,21 @@ impl Default for LimitSpring {
     }
 }
 
-/// The explicit part of the servo torque and the gain of its implicit part.
+/// The explicit part of a joint's torque and the gains of its implicit part.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ServoOutput<R> {
     /// Torque on the child, child axes, N m, without the implicit term.
     pub torque: Vec3<R>,
-    /// Implicit gain e, N m s^2/rad.
+    /// Implicit gain e about every axis, N m s^2/rad.
     pub implicit: R,
+}
+
+impl<R: Real> ServoOutput<R> {
+    /// The whole torque on the child once the joint's acceleration is known (child axes, N m and rad/s^2).
+    #[inline(always)]
+    pub fn torque_at(&self, acceleration: Vec3<R>) -> Vec3<R> {
+        self.torque - acceleration * self.implicit
+    }
 }
 
 /// The servo of link `i` for a step of `h` seconds.
@@ -65,33 +81,67 @@ pub fn servo<R: Real>(
     let joint = &state.joints[i];
     let error = (joint.rotation.conjugate() * command.rotation).to_rotation_vector();
     let w = joint.velocity;
-    let torque = (error - w * h) * command.kp + (command.velocity - w) * command.kd;
-    let implicit = h * h.mul_add(command.kp, command.kd);
-
-    // The torque limit scales both parts: a saturated servo is a weaker servo in the same direction.
-    let squared = torque.length_squared();
-    let saturated = (constants.max_torque * constants.max_torque).lt(squared);
-    let (mut torque, mut implicit) = if R::any(saturated) {
-        let scale = R::select(saturated, constants.max_torque / squared.sqrt(), R::one());
-        (torque * scale, implicit * scale)
-    } else {
-        (torque, implicit)
-    };
-    torque += command.torque;
-
-    if let (Some((low, high)), Some(spring)) = (constants.limits, limit_spring) {
-        let r = joint.rotation.to_rotation_vector();
-        let beyond = |x: R, low: R, high: R| (x - high).max(R::zero()) + (x - low).min(R::zero());
-        let excess = Vec3::new(beyond(r.x, low.x, high.x), beyond(r.y, low.y, high.y), beyond(r.z, low.z, high.z));
-        let violated = R::zero().lt(excess.length_squared());
-        if R::any(violated) {
-            let (k, d) = (R::splat(spring.stiffness), R::splat(spring.damping));
-            // Damping only where the limit is violated, component by component.
-            let part = |x: R, w: R| R::select(R::zero().lt(x.abs()), w, R::zero());
-            let moving = Vec3::new(part(excess.x, w.x), part(excess.y, w.y), part(excess.z, w.z));
-            torque -= (excess + moving * h) * k + moving * d;
-            implicit += (h * h.mul_add(k, d)).masked(violated);
-        }
+    let mut torque = (error - w * h) * command.kp + (command.velocity - w) * command.kd + command.torque;
+    if let Some(axis) = constants.hinge {
+        // A hinge is driven about its axis alone.
+        torque = axis * axis.dot(torque);
     }
-    ServoOutput { torque, implicit }
+    let mut implicit = h * h.mul_add(command.kp, command.kd);
+
+    let most = constants.max_torque;
+    let squared = torque.length_squared();
+    let saturated = (most * most).lt(squared);
+    if R::any(saturated) {
+        let scale = R::select(saturated, most / squared.sqrt(), R::one());
+        torque = torque * scale;
+        implicit *= scale;
+    }
+
+    let (Some((low, high)), Some(spring)) = (constants.limits, limit_spring) else {
+        return ServoOutput { torque, implicit };
+    };
+    let r = joint.rotation.to_rotation_vector();
+    let beyond = |x: R, low: R, high: R| (x - high).max(R::zero()) + (x - low).min(R::zero());
+    let excess = Vec3::new(beyond(r.x, low.x, high.x), beyond(r.y, low.y, high.y), beyond(r.z, low.z, high.z));
+    let violated = R::zero().lt(excess.length_squared());
+    if !R::any(violated) {
+        return ServoOutput { torque, implicit };
+    }
+
+    let (k, d) = (R::splat(spring.stiffness), R::splat(spring.damping));
+    // Only where the limit is violated, component by component.
+    let part = |x: R, value: R| value.masked(R::zero().lt(x.abs()));
+    let moving = Vec3::new(part(excess.x, w.x), part(excess.y, w.y), part(excess.z, w.z));
+    let mut gain = (h * h.mul_add(k, d)).masked(violated);
+    let mut spring = -((excess + moving * h) * k + moving * d);
+    // (A servo at its limit within the range is not over it by rounding.)
+    let over = violated & (most * most).lt((torque + spring).length_squared());
+    if R::any(over) {
+        let (servo_part, spring_part) = shares(torque, spring, most);
+        let servo_part = R::select(over, servo_part, R::one());
+        let spring_part = R::select(over, spring_part, R::one());
+        torque = torque * servo_part;
+        implicit *= servo_part;
+        spring = spring * spring_part;
+        gain *= spring_part;
+    }
+    ServoOutput { torque: torque + spring, implicit: implicit + gain }
+}
+
+/// The parts, 0 to 1, of a servo's torque (not longer than `most`) and of a limit spring's that stay where their sum is longer
+/// than `most`. The servo yields first; the spring gives way only where it alone, or against the servo, is too strong.
+///
+/// The servo's part is the largest alpha with `|spring + alpha servo| <= most`, the larger root of a quadratic; where there is none
+/// the sum is as short as it gets. The spring's part is found in the same way.
+#[inline]
+fn shares<R: Real>(servo: Vec3<R>, spring: Vec3<R>, most: R) -> (R, R) {
+    let largest = |part: Vec3<R>, other: Vec3<R>| {
+        let square = part.length_squared().max(R::splat(1e-30));
+        let along = part.dot(other);
+        let inside = most * most - other.length_squared();
+        let root = square.mul_add(inside, along * along).max(R::zero()).sqrt();
+        ((root - along) / square).clamp(R::zero(), R::one())
+    };
+    let servo_part = largest(servo, spring);
+    (servo_part, largest(spring, servo * servo_part))
 }

@@ -193,10 +193,11 @@ impl<R: Real> Simulator<R> {
         &self.constants
     }
 
-    /// Servo torque of the last step on each link from its joint, child axes, N m (the implicit part included).
+    /// Torque of the last step on link `link` from its joint, child axes, N m: servo, extra torque and limit spring, the implicit
+    /// parts included. What is known before the step is within the joint's `max_torque`; in a jolt the implicit damping may go beyond
+    /// it for a step.
     pub fn joint_torque(&self, link: usize) -> Vec3<R> {
-        let s = &self.servos[link];
-        s.torque - self.joint_accelerations[link] * s.implicit
+        self.servos[link].torque_at(self.joint_accelerations[link])
     }
 
     /// The toe and the heel end of a blade, world axes, relative to the root, m.

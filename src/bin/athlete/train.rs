@@ -316,9 +316,10 @@ impl Train {
         let (task, policy) = read_trials(&out.join("policy.onnx"), |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
-        let (card, shortfalls) = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let report = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let card = &report.card;
         card.save(out.join("card.json"))?;
-        say_card(&card, &shortfalls)?;
+        say_card(&report)?;
         Ok((card.rate(), card.reward_per_step().unwrap_or(f64::NAN)))
     }
 }

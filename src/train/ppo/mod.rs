@@ -21,7 +21,7 @@ mod task;
 mod trainer;
 
 #[cfg(feature = "policy")]
-pub use card::robustness_card;
+pub use card::{CardReport, robustness_card};
 pub use curve::curve_csv;
 pub use environment::{Ending, Environment, Outcome, Trial};
 pub use evaluate::{Actor, EvaluationReport, evaluate};
@@ -29,7 +29,7 @@ pub use evaluate::{Actor, EvaluationReport, evaluate};
 pub use export::trained_policy;
 pub use normalizer::Normalizer;
 pub use options::TrainOptions;
-pub use quality::{MotionQuality, motion_quality};
+pub use quality::{JointLoad, MotionQuality, motion_quality};
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};
 pub use trainer::{Iteration, TrainError, Trained, Trainer};

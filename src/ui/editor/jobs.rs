@@ -207,8 +207,9 @@ pub fn start_training(model: SharedModel, clip: MotionClip, plan: TrainPlan) -> 
         // The command that measures the same again, beside the saved files.
         let command = format!("athlete evaluate policy.onnx --trials {} --seed {CARD_SEED}", plan.trials);
         let threads = plan.options.threads;
-        let (card, _) = robustness_card(&judged, &skill.policy, plan.trials, CARD_SEED, threads, command)
-            .map_err(JobError::failed)?;
+        let card = robustness_card(&judged, &skill.policy, plan.trials, CARD_SEED, threads, command)
+            .map_err(JobError::failed)?
+            .card;
         Ok(Learnt { skill, card, motion: clip, onnx, curve: trainer.curve().to_vec() })
     })
 }
