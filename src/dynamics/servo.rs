@@ -10,7 +10,8 @@
 //! where `error` is the rotation vector from the joint's rotation to its target (child axes), `w` the joint velocity
 //! (child axes), `a` its unknown derivative. The term `-e a` goes into the articulated inertias.
 //!
-//! Beyond the range of the joint a spring and a damper act in the same way.
+//! Beyond the range of the joint a spring and a damper act in the same way, each component of the rotation vector for
+//! itself, with implicit gains on those components only.
 //!
 //! The joint's torque limit holds for the sum of servo, extra torque and spring. Here it is applied to what is known before the
 //! step, the explicit and the implicit part by the same factor: a servo at its limit is a weaker servo, which is as stable as the
@@ -58,13 +59,20 @@ pub struct ServoOutput<R> {
     pub torque: Vec3<R>,
     /// Implicit gain e about every axis, N m s^2/rad.
     pub implicit: R,
+    /// Implicit gains about each of the child's axes that come on top, N m s^2/rad: those of the limit spring of a ball joint.
+    /// `None` where no lane is beyond its range, zero about axes within it.
+    pub beyond: Option<Vec3<R>>,
 }
 
 impl<R: Real> ServoOutput<R> {
     /// The whole torque on the child once the joint's acceleration is known (child axes, N m and rad/s^2).
     #[inline(always)]
     pub fn torque_at(&self, acceleration: Vec3<R>) -> Vec3<R> {
-        self.torque - acceleration * self.implicit
+        let torque = self.torque - acceleration * self.implicit;
+        match self.beyond {
+            None => torque,
+            Some(gains) => torque - acceleration.component_mul(gains),
+        }
     }
 }
 
@@ -98,21 +106,22 @@ pub fn servo<R: Real>(
     }
 
     let (Some((low, high)), Some(spring)) = (constants.limits, limit_spring) else {
-        return ServoOutput { torque, implicit };
+        return ServoOutput { torque, implicit, beyond: None };
     };
     let r = joint.rotation.to_rotation_vector();
     let beyond = |x: R, low: R, high: R| (x - high).max(R::zero()) + (x - low).min(R::zero());
     let excess = Vec3::new(beyond(r.x, low.x, high.x), beyond(r.y, low.y, high.y), beyond(r.z, low.z, high.z));
     let violated = R::zero().lt(excess.length_squared());
     if !R::any(violated) {
-        return ServoOutput { torque, implicit };
+        return ServoOutput { torque, implicit, beyond: None };
     }
 
     let (k, d) = (R::splat(spring.stiffness), R::splat(spring.damping));
     // Only where the limit is violated, component by component.
     let part = |x: R, value: R| value.masked(R::zero().lt(x.abs()));
     let moving = Vec3::new(part(excess.x, w.x), part(excess.y, w.y), part(excess.z, w.z));
-    let mut gain = (h * h.mul_add(k, d)).masked(violated);
+    let gain = h * h.mul_add(k, d);
+    let mut gains = Vec3::new(part(excess.x, gain), part(excess.y, gain), part(excess.z, gain));
     let mut spring = -((excess + moving * h) * k + moving * d);
     // (A servo at its limit within the range is not over it by rounding.)
     let over = violated & (most * most).lt((torque + spring).length_squared());
@@ -123,9 +132,16 @@ pub fn servo<R: Real>(
         torque = torque * servo_part;
         implicit *= servo_part;
         spring = spring * spring_part;
-        gain *= spring_part;
+        gains = gains * spring_part;
     }
-    ServoOutput { torque: torque + spring, implicit: implicit + gain }
+    torque += spring;
+    match constants.hinge {
+        Some(axis) => {
+            let about_axis = axis.dot(axis.component_mul(gains));
+            ServoOutput { torque, implicit: implicit + about_axis, beyond: None }
+        }
+        None => ServoOutput { torque, implicit, beyond: Some(gains) },
+    }
 }
 
 /// The parts, 0 to 1, of a servo's torque (not longer than `most`) and of a limit spring's that stay where their sum is longer

@@ -46,7 +46,11 @@ impl<R: Real> Simulator<R> {
         let vector = |v: Vec3<S>| Vec3::<R>::splat(v.lane(from));
         let number = |v: S| R::splat(v.lane(from));
         for (mine, theirs) in self.servos.iter_mut().zip(&other.servos).skip(1) {
-            *mine = ServoOutput { torque: vector(theirs.torque), implicit: number(theirs.implicit) };
+            *mine = ServoOutput {
+                torque: vector(theirs.torque),
+                implicit: number(theirs.implicit),
+                beyond: theirs.beyond.map(vector),
+            };
         }
         for (mine, theirs) in self.joint_accelerations.iter_mut().zip(&other.joint_accelerations).skip(1) {
             *mine = vector(*theirs);

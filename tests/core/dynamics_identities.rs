@@ -174,6 +174,7 @@ fn implicit_gains_are_torques() {
                 .map(|t| ServoOutput {
                     torque: *t,
                     implicit: if random.uniform() < 0.3 { 0.0 } else { random.range(0.0, 0.1) },
+                    beyond: None,
                 })
                 .collect();
             let (root, joints) = accelerations_of(&constants, &links, &servos, &[], gravity);
@@ -219,7 +220,7 @@ fn contact_mobilities_are_responses_to_wrenches() {
             let state = random_state::<f64>(&model, &mut random, 2.0, 5.0);
             let (constants, links) = kinematics_of(&model, &state);
             let servos: Vec<_> = (0..n)
-                .map(|_| ServoOutput { torque: Vec3::zero(), implicit: random.range(-0.1, 1.0).max(0.0) })
+                .map(|_| ServoOutput { implicit: random.range(-0.1, 1.0).max(0.0), ..Default::default() })
                 .collect();
             let mut articulated = vec![ArticulatedLink::default(); n];
             let root = articulated_inertias(&constants, &links, &servos, &[], &mut articulated);
