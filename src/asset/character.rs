@@ -239,6 +239,9 @@ pub struct GripEntry {
     pub link: String,
     /// Position, link frame, m.
     pub position: DVec3,
+    /// Largest force that it can hold by, N; 450 where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_force: Option<f64>,
 }
 
 impl BladeEntry {

@@ -8,6 +8,7 @@
 mod articulated;
 mod constants;
 mod forward;
+mod grip;
 mod inverse;
 mod jacobian;
 mod kinematics;
@@ -19,6 +20,7 @@ mod state;
 pub use articulated::{ArticulatedLink, articulated_inertias};
 pub use constants::LinkConstants;
 pub use forward::{contact_free_accelerations, forward_accelerations, integrate};
+pub use grip::{GripAnchor, GripState};
 pub use inverse::inverse_dynamics;
 pub use jacobian::{point_jacobian, point_velocity};
 pub use kinematics::{LinkKinematics, update_positions, update_twists, update_velocities};

@@ -36,6 +36,7 @@ mod director;
 mod dynamics_identities;
 mod flight;
 mod geometry;
+mod grips;
 mod joint_torques;
 mod key_poses;
 mod lanes;
