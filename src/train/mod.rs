@@ -17,7 +17,6 @@ pub mod ppo;
 mod samcon;
 mod samcon_cost;
 mod samcon_options;
-mod symmetric_eigen;
 
 #[cfg(feature = "policy")]
 pub use export_onnx::{ExportError, policy_bytes, save_policy};

@@ -7,7 +7,7 @@
 use crate::common::*;
 use crate::counting_allocator::allocations;
 use bevy_athlete::contact::World;
-use bevy_athlete::dynamics::GripAnchor;
+use bevy_athlete::dynamics::{CentroidalMap, GripAnchor, degrees_of_freedom, point_jacobian, point_jacobian_rate};
 use bevy_athlete::math::{F32x8, F64x4, Quat, Real, Vec3};
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
@@ -85,6 +85,18 @@ fn the_step_does_not_allocate() {
     drive::<F32x8>("skater");
     drive::<f64>("foot_human");
     drive::<f64>("runner");
+    // Nor do the maps that controllers ask for.
+    let model = preset("runner").unwrap();
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let constants = sim.constants().to_vec();
+    let mut map = CentroidalMap::new(&constants);
+    let mut columns = vec![Vec3::zero(); degrees_of_freedom(&constants)];
+    let com = sim.center_of_mass() - sim.state.root_position;
+    let before = allocations();
+    map.update(&constants, sim.kinematics(), com);
+    point_jacobian(&constants, sim.kinematics(), 5, Vec3::zero(), &mut columns);
+    let _ = point_jacobian_rate(&constants, sim.kinematics(), 5, Vec3::zero());
+    assert_eq!(allocations(), before);
     // The counter counts.
     let before = allocations();
     let v = std::hint::black_box(vec![1_u8; 100]);
