@@ -1,4 +1,5 @@
-//! How fast the networks learn: microseconds for a minibatch of 1,024 rows in four shards, on one and two threads.
+//! How fast the networks learn: microseconds for a minibatch of 1,024 rows in four shards, on one and two threads, by each of the
+//! vector instructions that the processor has.
 //!
 //! `cargo run --release --no-default-features --features train --example learner_speed`
 //!
@@ -8,7 +9,7 @@ use std::thread;
 use std::time::Instant;
 
 use bevy_athlete::math::RandomStream;
-use bevy_athlete::train::nn::{Activation, Activations, Adam, Network};
+use bevy_athlete::train::nn::{Activation, Activations, Adam, Network, known_instructions, use_instructions};
 
 const ROWS: usize = 1024;
 const SHARD: usize = 256;
@@ -82,6 +83,15 @@ fn minibatch(name: &str, outputs: usize, activation: Activation, threads: usize)
 }
 
 fn main() {
+    for instructions in known_instructions().into_iter().filter(|name| *name != "scalar") {
+        println!("# {instructions}");
+        use_instructions(Some(instructions)).expect("they are known");
+        measure();
+    }
+}
+
+/// Everything by the instructions in use.
+fn measure() {
     for activation in [Activation::Tanh, Activation::Elu] {
         println!(
             "{activation:?}, {INPUTS}-{HIDDEN}-{HIDDEN}-{HIDDEN}-51 and -1, {ROWS} rows in shards of {SHARD}, fastest of 400"

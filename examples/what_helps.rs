@@ -20,7 +20,7 @@ type Variant = (&'static str, fn(&mut SkillDefinition, &mut TrainOptions));
 
 const VARIANTS: [Variant; 8] = [
     ("as it is", |_, _| ()),
-    ("starts even", |_, options| options.even_starts = 1.0),
+    ("starts uniform", |_, options| options.uniform_share = 1.0),
     ("no starts at the beginning", |skill, _| skill.episode.begin_share = 0.0),
     ("last actor, no mean", |_, options| options.average = 1),
     ("turn and feet not watched", |skill, _| {

@@ -10,7 +10,9 @@
 
 mod parse;
 
+use super::read_file::{ReadFault, read_bytes};
 use glam::{DQuat, DVec3};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// A coordinate axis.
@@ -78,6 +80,58 @@ pub struct Bvh {
     pub(super) channel_count: usize,
     pub(super) frame_count: usize,
     pub(super) values: Vec<f64>,
+    pub(super) warnings: Vec<BvhWarning>,
+}
+
+/// A header that does not say what the file holds, and what was read all the same.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BvhWarning {
+    /// The header counts other frames than there are.
+    FrameCount {
+        /// Frames that the header counts.
+        declared: usize,
+        /// Frames in the file, all of which were read.
+        found: usize,
+    },
+    /// The frame time is no time in seconds.
+    FrameTime {
+        /// The number in the header.
+        declared: f64,
+        /// What it was taken for.
+        taken: FrameTimeUnit,
+        /// Time between frames, s.
+        seconds: f64,
+    },
+}
+
+/// What a frame time that is too long for seconds is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameTimeUnit {
+    /// Milliseconds between frames.
+    Milliseconds,
+    /// Frames per second.
+    Rate,
+}
+
+impl fmt::Display for BvhWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BvhWarning::FrameCount { declared, found } => {
+                write!(f, "the header counts {declared} frames, the file holds {found}; all {found} were read")
+            }
+            BvhWarning::FrameTime { declared, taken, seconds } => {
+                let taken = match taken {
+                    FrameTimeUnit::Milliseconds => "milliseconds",
+                    FrameTimeUnit::Rate => "a rate in frames per second",
+                };
+                write!(
+                    f,
+                    "frame time {declared} is no time between frames in seconds; taken as {taken}: {seconds:.6} s"
+                )
+            }
+        }
+    }
 }
 
 /// Sizes beyond which a file is refused.
@@ -156,21 +210,25 @@ pub enum BvhError {
         found: String,
     },
     /// The frame time is out of range.
-    #[error("line {line}: frame time {found} s; valid is 0.00001 to 10 s")]
+    #[error(
+        "line {line}: frame time {found} s; valid is 0.00001 to 2 s, or milliseconds, or a rate in frames per second"
+    )]
     FrameTime {
         /// Line, from 1.
         line: usize,
         /// Found, s.
         found: f64,
     },
-    /// The count of values does not match the header.
+    /// The values are no whole number of frames.
     #[error(
-        "{found} values after the frame time, but {frames} frames of {channels} channels need {needed} (first row of another length: line {line})"
+        "line {line}: a row of another length; the header counts {frames} frames, and {found} values are {} frames of {channels} channels and {} values more",
+        found / (*channels).max(1),
+        found % (*channels).max(1)
     )]
     ValueCount {
         /// The first row whose number of values differs from the channel count, or the last line.
         line: usize,
-        /// Frames that the header promises.
+        /// Frames that the header counts.
         frames: usize,
         /// Channels of all joints.
         channels: usize,
@@ -201,14 +259,14 @@ impl Bvh {
     /// Reads a BVH file (text that is not UTF-8 is read as far as it is).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, BvhError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| BvhError::Read { path: path.to_path_buf(), reason: e.to_string() };
         let limits = BvhLimits::default();
-        let found = std::fs::metadata(path).map_err(failed)?.len();
-        if found > limits.bytes as u64 {
-            let found = usize::try_from(found).unwrap_or(usize::MAX);
-            return Err(BvhError::TooLarge { what: "bytes", found, limit: limits.bytes });
-        }
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let bytes = read_bytes(path, limits.bytes as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, .. } => {
+                let found = usize::try_from(bytes).unwrap_or(usize::MAX);
+                BvhError::TooLarge { what: "bytes", found, limit: limits.bytes }
+            }
+            fault => BvhError::Read { path: path.to_path_buf(), reason: fault.to_string() },
+        })?;
         Self::parse_with_limits(&String::from_utf8_lossy(&bytes), limits)
     }
 
@@ -219,6 +277,10 @@ impl Bvh {
     /// Time between frames, s.
     pub fn frame_time(&self) -> f64 {
         self.frame_time
+    }
+    /// What the header says otherwise than the file.
+    pub fn warnings(&self) -> &[BvhWarning] {
+        &self.warnings
     }
     /// Number of frames, at least one.
     pub fn frame_count(&self) -> usize {

@@ -1,6 +1,7 @@
 //! Robustness cards: how often a policy succeeded, under what, with how much doubt. Written by the evaluator, never by
 //! hand.
 
+use super::read_file::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -191,11 +192,7 @@ impl RobustnessCard {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, CardError> {
         let path = path.as_ref();
         let failed = |reason: String| CardError::File { path: path.to_path_buf(), reason };
-        let bytes = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?.len();
-        if bytes > MAX_CARD_BYTES {
-            return Err(failed(format!("{bytes} bytes; valid: at most {MAX_CARD_BYTES} bytes")));
-        }
-        Self::from_json(&std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?)
+        Self::from_json(&read_text(path, MAX_CARD_BYTES).map_err(|e| failed(e.fault.to_string()))?)
     }
 
     /// Writes a card file.

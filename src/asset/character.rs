@@ -7,6 +7,7 @@
 mod check;
 mod parts;
 
+use crate::asset::read_file::{ReadFault, read_bytes};
 use crate::asset::{AssetError, CharacterError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -239,6 +240,9 @@ pub struct GripEntry {
     pub link: String,
     /// Position, link frame, m.
     pub position: DVec3,
+    /// Largest force that it can hold by, N; 450 where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_force: Option<f64>,
 }
 
 impl BladeEntry {
@@ -280,13 +284,11 @@ impl Character {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, AssetError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let unreadable = |error: std::io::Error| AssetError::Read { file: file.clone(), reason: error.to_string() };
-        // The size is asked first, so that a wrong path to a huge file does not fill the memory.
-        let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-        if bytes > Self::MAX_BYTES as u64 {
-            return Err(AssetError::TooLarge { file, bytes, limit: Self::MAX_BYTES as u64 });
-        }
-        Self::parse(&file, &std::fs::read(path).map_err(unreadable)?)
+        let bytes = read_bytes(path, Self::MAX_BYTES as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, limit } => AssetError::TooLarge { file: file.clone(), bytes, limit },
+            fault => AssetError::Read { file: file.clone(), reason: fault.to_string() },
+        })?;
+        Self::parse(&file, &bytes)
     }
 
     /// The text of a character file, which [`Character::parse`] reads back; refuses what it would refuse.

@@ -1,6 +1,7 @@
 //! Motion clips as RON text (`*.clip.ron`).
 
 use super::clip::{ClipError, MotionClip};
+use super::read_file::{ReadFault, read_text};
 use super::turn::unit;
 use std::path::Path;
 
@@ -58,13 +59,14 @@ impl MotionClip {
     /// Reads a `*.clip.ron` file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ClipError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| ClipError::File { path: path.to_path_buf(), reason: e.to_string() };
-        let found = std::fs::metadata(path).map_err(failed)?.len();
-        if found > MAX_CLIP_BYTES as u64 {
-            let found = usize::try_from(found).unwrap_or(usize::MAX);
-            return Err(ClipError::TooLarge { what: "bytes", found, limit: MAX_CLIP_BYTES });
-        }
-        Self::from_ron(&std::fs::read_to_string(path).map_err(failed)?)
+        let text = read_text(path, MAX_CLIP_BYTES as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, .. } => {
+                let found = usize::try_from(bytes).unwrap_or(usize::MAX);
+                ClipError::TooLarge { what: "bytes", found, limit: MAX_CLIP_BYTES }
+            }
+            fault => ClipError::File { path: path.to_path_buf(), reason: fault.to_string() },
+        })?;
+        Self::from_ron(&text)
     }
 
     /// Writes a `*.clip.ron` file.

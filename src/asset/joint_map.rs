@@ -12,6 +12,7 @@
 //! `A` takes (x, y, z) to (z, y, -x).
 
 use super::bvh::Bvh;
+use super::read_file::{ReadFault, read_text};
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -192,12 +193,13 @@ impl JointMap {
     /// Reads a `*.map.ron` file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, MapError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| MapError::File { path: path.to_path_buf(), reason: e.to_string() };
-        let found = usize::try_from(std::fs::metadata(path).map_err(failed)?.len()).unwrap_or(usize::MAX);
-        if found > MAX_MAP_BYTES {
-            return Err(MapError::TooLarge { found });
-        }
-        Self::from_ron(&std::fs::read_to_string(path).map_err(failed)?)
+        let text = read_text(path, MAX_MAP_BYTES as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, .. } => {
+                MapError::TooLarge { found: usize::try_from(bytes).unwrap_or(usize::MAX) }
+            }
+            fault => MapError::File { path: path.to_path_buf(), reason: fault.to_string() },
+        })?;
+        Self::from_ron(&text)
     }
 
     /// The maps that come with the crate.
@@ -309,6 +311,6 @@ impl JointMap {
 }
 
 /// The rotation that takes our axes (x right, y up, -z facing) to axes with these directions.
-fn basis(up: DVec3, facing: DVec3) -> DQuat {
+pub(crate) fn basis(up: DVec3, facing: DVec3) -> DQuat {
     DQuat::from_mat3(&DMat3::from_cols(facing.cross(up), up, -facing)).normalize()
 }

@@ -8,12 +8,20 @@
 //! {"layout": "smpl24", "axes": "y_up", "fps": 30, "frames": [FRAME, FRAME]}
 //! ```
 //!
-//! with `"joints": LANDMARKS` in place of `frames` where there is only one. All but the positions may be left out.
+//! with `"joints": LANDMARKS` in place of `frames` where there is only one. All but the positions may be left out. Result objects
+//! of the common estimators are frames too (`results.rs`); a frame may be `null` where nobody was found. What a file does not say of
+//! itself is looked for: an axis that points another way, places in a picture (`sense.rs`).
+
+mod results;
+mod sense;
 
 use super::landmark_layout::{Axes, LandmarkLayout};
+use super::read_file::read_text;
 use glam::DVec3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+
+pub use sense::PositionNote;
 
 /// One landmark in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,6 +55,7 @@ pub struct JointPositions {
     pub layout: LandmarkLayout,
     /// The frames, at least one, in order of time.
     pub frames: Vec<PositionFrame>,
+    notes: Vec<PositionNote>,
 }
 
 /// What the reader is told from outside; it comes before what the file says.
@@ -152,7 +161,7 @@ fn is_landmark(value: &Value) -> bool {
 /// Whether a value is the landmarks of one frame, rather than a list of frames.
 fn is_frame(value: &Value) -> bool {
     match value {
-        Value::Array(a) => a.iter().any(|v| is_landmark(v) && !v.is_null()) || a.iter().all(is_landmark),
+        Value::Array(a) => a.iter().any(|v| is_landmark(v) && !v.is_null()) || a.is_empty(),
         Value::Object(_) => true,
         _ => false,
     }
@@ -174,7 +183,7 @@ fn landmark(value: &Value, place: &dyn Fn() -> String) -> Result<Landmark, Posit
         }
         Value::Object(o) if ["x", "y", "z"].iter().all(|k| o.contains_key(*k)) => (
             [number(&o["x"])?, number(&o["y"])?, number(&o["z"])?],
-            o.get("visibility").map(number).transpose()?.flatten(),
+            o.get("visibility").or_else(|| o.get("score")).map(number).transpose()?.flatten(),
         ),
         other => return refuse(place(), kind(other), VALID_LANDMARK),
     };
@@ -186,6 +195,8 @@ fn landmark(value: &Value, place: &dyn Fn() -> String) -> Result<Landmark, Posit
 fn landmarks(value: &Value, frame: usize, layout: &LandmarkLayout) -> Result<Vec<Landmark>, PositionError> {
     let expected = layout.landmarks.len();
     match value {
+        Value::Null => Ok(vec![Landmark::default(); expected]),
+        Value::Array(list) if list.is_empty() => Ok(vec![Landmark::default(); expected]),
         Value::Array(list) => {
             if list.len() != expected {
                 let (found, layout) = (list.len(), layout.name.clone());
@@ -213,19 +224,23 @@ fn landmarks(value: &Value, frame: usize, layout: &LandmarkLayout) -> Result<Vec
 }
 
 impl JointPositions {
+    /// Positions that were made in the program.
+    pub fn new(layout: LandmarkLayout, frames: Vec<PositionFrame>) -> Self {
+        Self { layout, frames, notes: Vec::new() }
+    }
+
     /// Reads a file.
     pub fn load(path: impl AsRef<Path>, options: &PositionOptions) -> Result<Self, PositionError> {
         let path = path.as_ref();
-        let failed = |reason: String| PositionError::File { path: path.to_path_buf(), reason };
-        let bytes = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?.len();
-        if bytes > MAX_POSITION_BYTES as u64 {
-            return Err(failed(format!("{bytes} bytes; at most {MAX_POSITION_BYTES} are read")));
-        }
-        Self::from_json(&std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?, options)
+        let text = read_text(path, MAX_POSITION_BYTES as u64)
+            .map_err(|e| PositionError::File { path: path.to_path_buf(), reason: e.fault.to_string() })?;
+        Self::from_json(&text, options)
     }
 
     /// Reads text.
     pub fn from_json(text: &str, options: &PositionOptions) -> Result<Self, PositionError> {
+        // A byte order mark is no JSON.
+        let text = text.trim_start_matches('\u{feff}');
         let file: Value = serde_json::from_str(text).map_err(|error| {
             let mut reason = error.to_string();
             if text.contains("NaN") || text.contains("Infinity") {
@@ -240,7 +255,7 @@ impl JointPositions {
                 Value::Array(frames) => (head, frames.iter().collect()),
                 other => return refuse("frames", kind(other), "a list of frames"),
             },
-            Value::Object(head) if head.contains_key("joints") => (head, vec![&file]),
+            Value::Object(head) if results::is_result(head) => (head, vec![&file]),
             frame if is_frame(frame) => (&none, vec![frame]),
             Value::Array(frames) => (&none, frames.iter().collect()),
             other => return refuse("file", kind(other), "a frame, a list of frames, or an object with `frames`"),
@@ -248,7 +263,16 @@ impl JointPositions {
         if frames.is_empty() || frames.len() > MAX_FRAMES {
             return refuse("frames", format!("{} frames", frames.len()), format!("1 to {MAX_FRAMES}"));
         }
-        let layout = layout_of(options, head, inner(frames[0]))?;
+        // What is in each frame, and what the first one with somebody in it tells.
+        let inner = frames.iter().enumerate().map(|(i, frame)| results::landmarks_of(frame, &format!("frame {i}")));
+        let inner = inner.collect::<Result<Vec<&Value>, PositionError>>()?;
+        let nobody = |value: &Value| value.is_null() || value.as_array().is_some_and(Vec::is_empty);
+        let first = inner.iter().copied().find(|v| !nobody(v));
+        if first.is_none() && inner.len() > 1 {
+            return refuse("frames", "nobody in any of them", "at least one frame with landmarks");
+        }
+        let layout = layout_of(options, head, first.unwrap_or(inner[0]))?;
+        let named = options.axes.is_some() || head.contains_key("axes");
         let axes = axes_of(options, head, layout.axes)?;
         let fps = match (options.fps, head.get("fps")) {
             (Some(fps), _) => fps,
@@ -268,14 +292,18 @@ impl JointPositions {
                     None => return refuse(format!("frame {index}, time"), kind(value), "seconds"),
                 },
             };
-            let mut landmarks = landmarks(inner(frame), index, &layout)?;
-            for landmark in &mut landmarks {
-                landmark.position = landmark.position.map(|p| axes.to_ours(p));
-            }
-            out.push(PositionFrame { time, landmarks });
+            out.push(PositionFrame { time, landmarks: landmarks(inner[index], index, &layout)? });
         }
-        let positions = Self { layout, frames: out };
+        let mut positions = Self { layout, frames: out, notes: Vec::new() };
         positions.validate()?;
+        if !named {
+            sense::refuse_picture(&positions.frames, &positions.layout)?;
+        }
+        let axes = sense::settle_axes(&positions.frames, &positions.layout, axes, named, &mut positions.notes);
+        for landmark in positions.frames.iter_mut().flat_map(|f| &mut f.landmarks) {
+            landmark.position = landmark.position.map(|p| axes.to_ours(p));
+        }
+        sense::fill_gaps(&mut positions.frames, &mut positions.notes);
         Ok(positions)
     }
 
@@ -306,11 +334,6 @@ impl JointPositions {
         }
         Ok(())
     }
-}
-
-/// The landmarks of a frame that may have a time beside them.
-fn inner(frame: &Value) -> &Value {
-    frame.get("joints").unwrap_or(frame)
 }
 
 fn layout_of(

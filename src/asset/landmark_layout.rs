@@ -1,6 +1,7 @@
 //! Landmark layouts: which point of a character each landmark of a pose estimator is (`*.landmarks.ron`).
 
 use super::clip_edit::other_side;
+use super::read_file::read_text;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -142,14 +143,15 @@ const MAX_BYTES: usize = 1 << 20;
 const MAX_LANDMARKS: usize = 1024;
 
 /// Layouts that come with the crate.
-const BUILT_IN: [&str; 2] = [
+const BUILT_IN: [&str; 3] = [
     include_str!("../../assets/landmarks/smpl24.landmarks.ron"),
     include_str!("../../assets/landmarks/mediapipe33.landmarks.ron"),
+    include_str!("../../assets/landmarks/smpl22.landmarks.ron"),
 ];
 
 impl LandmarkLayout {
     /// Names of the layouts that come with the crate.
-    pub const NAMES: [&'static str; 2] = ["smpl24", "mediapipe33"];
+    pub const NAMES: [&'static str; 3] = ["smpl24", "mediapipe33", "smpl22"];
 
     /// Reads a layout from RON text and checks it.
     pub fn from_ron(text: &str) -> Result<Self, LayoutError> {
@@ -168,12 +170,9 @@ impl LandmarkLayout {
     /// Reads a `*.landmarks.ron` file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LayoutError> {
         let path = path.as_ref();
-        let failed = |e: std::io::Error| LayoutError::File { path: path.to_path_buf(), reason: e.to_string() };
-        if std::fs::metadata(path).map_err(failed)?.len() > MAX_BYTES as u64 {
-            let reason = format!("more than {MAX_BYTES} bytes");
-            return Err(LayoutError::File { path: path.to_path_buf(), reason });
-        }
-        Self::from_ron(&std::fs::read_to_string(path).map_err(failed)?)
+        let text = read_text(path, MAX_BYTES as u64)
+            .map_err(|e| LayoutError::File { path: path.to_path_buf(), reason: e.fault.to_string() })?;
+        Self::from_ron(&text)
     }
 
     /// The layout of this name that comes with the crate.
@@ -267,6 +266,7 @@ mod tests {
             }
         }
         assert_eq!(LandmarkLayout::of_count(24).unwrap().name, "smpl24");
+        assert_eq!(LandmarkLayout::of_count(22).unwrap().name, "smpl22");
         assert_eq!(LandmarkLayout::of_count(33).unwrap().name, "mediapipe33");
         assert!(LandmarkLayout::of_count(23).is_none());
     }

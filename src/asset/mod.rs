@@ -12,11 +12,13 @@ pub mod course;
 pub mod dense_layers;
 mod error;
 pub mod joint_map;
+mod joint_map_text;
 pub mod joint_positions;
 pub mod landmark_layout;
 mod material;
 pub mod policy_contract;
 pub mod policy_fit;
+pub mod read_file;
 mod state_bytes;
 pub(crate) mod turn;
 

@@ -1,6 +1,7 @@
 //! Why an input was refused: what was given, what is wrong with it, what would be valid.
 
 use crate::asset::AssetError;
+use crate::model::ImportMotionError;
 use std::path::{Path, PathBuf};
 
 /// How a push is written.
@@ -48,13 +49,13 @@ pub enum InputError {
         /// The file.
         file: PathBuf,
     },
-    /// No built-in joint map knows the skeleton.
-    #[error("{}: no built-in joint map fits this skeleton (joints: {joints}); give one by --map FILE", file.display())]
-    NoMap {
+    /// The motion could not be put onto the character.
+    #[error("{}: {source}{}", file.display(), by_map(source))]
+    Motion {
         /// The file.
         file: PathBuf,
-        /// Joints of the file.
-        joints: String,
+        /// Why.
+        source: Box<ImportMotionError>,
     },
     /// A text that should be a world.
     #[error("world `{found}`: {reason}; valid: {}", VALID_WORLDS)]
@@ -72,6 +73,11 @@ pub enum InputError {
         /// What is wrong.
         reason: String,
     },
+}
+
+/// What helps where no map was found.
+fn by_map(error: &ImportMotionError) -> &'static str {
+    if matches!(error, ImportMotionError::NoMap(_)) { "; give a map by --map FILE" } else { "" }
 }
 
 impl InputError {

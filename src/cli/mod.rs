@@ -39,7 +39,7 @@ pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError};
 pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};
-pub use input::{load_character, load_motion};
+pub use input::{load_character, load_motion, load_motion_with};
 pub use input_error::InputError;
 pub use motion_frames::{clip_frames, key_pose_frames};
 pub use output::{check_folder, check_output, keep_earlier, trace_bytes, write_whole};

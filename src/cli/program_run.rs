@@ -6,7 +6,7 @@ use crate::control::tracking::Heading;
 use crate::math::RandomStream;
 use crate::model::SharedModel;
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{Director, Disturbance, TrialOptions, forbidden_points};
+use crate::skill::{Director, Disturbance, PELVIS, TrialOptions, forbidden_points};
 use glam::DVec3;
 
 /// How a performance went.
@@ -56,7 +56,7 @@ pub fn run_program(
         let run =
             |fell| ProgramRun { element: director.as_program().map_or(0, |program| program.element()), fell, seconds };
         let down = forbidden.iter().any(|&p| sim.contact_force(p, 0) != DVec3::ZERO);
-        if down || !sim.is_sane(0) || sim.state.root_position.lane(0).y < trial.pelvis {
+        if down || !sim.is_sane(0) || sim.state.root_position.lane(0).y < trial.pelvis.unwrap_or(PELVIS) {
             return Ok(run(true));
         }
         if director.is_finished() || seconds > most {

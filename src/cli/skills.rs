@@ -1,6 +1,7 @@
 //! Skills by name or file.
 
 use crate::asset::clip::MotionClip;
+use crate::asset::{Course, CourseError};
 use crate::cli::{InputError, load_character, load_motion};
 use crate::control::{Policy, PolicyError};
 use crate::model::SharedModel;
@@ -35,6 +36,9 @@ pub enum SkillInputError {
     /// Character or motion cannot be loaded.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The course is wrong.
+    #[error(transparent)]
+    Course(CourseError),
     /// The parts do not fit together.
     #[error(transparent)]
     Task(#[from] TaskError),
@@ -107,6 +111,9 @@ pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTas
     let model = load_character(&skill.character)?;
     let clip: MotionClip = load_motion(&skill.motion, map, &model)?;
     let mut task = SkillTask::new(skill, model.clone(), &clip)?;
+    if let Some(file) = &skill.course {
+        task = task.on_course(Course::read(file).map_err(SkillInputError::Course)?)?;
+    }
     for file in &skill.after {
         let other = SkillDefinition::load(file)?;
         let clip = load_motion(&other.motion, None, &model)?;

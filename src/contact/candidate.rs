@@ -2,7 +2,7 @@
 
 use crate::math::{Force, Motion, Real, Vec3};
 
-/// A contact point (or an open end of a grip) that takes part in this step.
+/// A contact point or a closed grip that takes part in this step.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactCandidate<R: Real> {
     /// Index of the contact point in the model; for a grip, of the grip.
@@ -11,7 +11,9 @@ pub struct ContactCandidate<R: Real> {
     pub is_grip: bool,
     /// True where the knife edge holds.
     pub blade: R::Mask,
-    /// True where the point is within the margin.
+    /// True where a grip pulls as well as it pushes.
+    pub pulls: R::Mask,
+    /// True where the point is within the margin, or the grip holds.
     pub active: R::Mask,
     /// The place of contact relative to the link's origin, world axes, m.
     pub arm: Vec3<R>,
@@ -37,6 +39,8 @@ pub struct ContactCandidate<R: Real> {
     pub partner: usize,
     /// Bite: largest lateral impulse over the blade's normal impulse.
     pub bite: R,
+    /// Largest impulse of a grip that pulls, N s.
+    pub grip_limit: R,
 }
 
 impl<R: Real> ContactCandidate<R> {
@@ -47,6 +51,7 @@ impl<R: Real> ContactCandidate<R> {
             source: 0,
             is_grip: false,
             blade: none,
+            pulls: none,
             active: none,
             arm: Vec3::zero(),
             place: Vec3::zero(),
@@ -60,6 +65,7 @@ impl<R: Real> ContactCandidate<R> {
             friction: R::zero(),
             partner: 0,
             bite: R::zero(),
+            grip_limit: R::zero(),
         }
     }
 
@@ -72,6 +78,13 @@ impl<R: Real> ContactCandidate<R> {
         self.aims[2] -= ns * d[0] + ts * d[1] + ss * d[2];
     }
 
+    /// Impulses along the rows of a grip that pulls, brought back to what it can hold by.
+    #[inline(always)]
+    pub(crate) fn within_grip(&self, [x, y, z]: [R; 3]) -> [R; 3] {
+        let squared = z.mul_add(z, y.mul_add(y, x * x)).max(R::splat(1e-30));
+        let scale = (self.grip_limit / squared.sqrt()).min(R::one());
+        [x * scale, y * scale, z * scale]
+    }
     /// The impulse on the link, world axes, N s.
     #[inline(always)]
     pub fn impulse(&self) -> Vec3<R> {

@@ -6,7 +6,9 @@ mod lane_solid;
 use crate::asset::CourseInstance;
 use crate::asset::course::{SolidInstance, SolidShape};
 use crate::contact::terrain::STEP_UP;
-use crate::contact::{Geometry, HeightField, HeightFieldError, Solid, SupportHit, Surface, SurfaceHit, Terrain, World};
+use crate::contact::{
+    AnchorMotion, Geometry, HeightField, HeightFieldError, Solid, SupportHit, Surface, SurfaceHit, Terrain, World,
+};
 use crate::math::{Real, Vec3};
 use glam::DVec3;
 use ground::LaneGround;
@@ -225,6 +227,14 @@ impl<R: Real> Terrain<R> for CourseTerrain<R> {
             *nearest = nearest.min(own);
         });
         nearest
+    }
+
+    /// The solids of the shared world come first, then those of the course.
+    fn anchor(&self, lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
+        match self.world.solids.get(solid) {
+            Some(solid) => Some(solid.anchor(place)),
+            None => Some(self.solids.get(solid - self.world.solids.len())?.anchor(lane, place)),
+        }
     }
 
     #[inline]

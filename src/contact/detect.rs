@@ -1,7 +1,8 @@
 //! Which contact points are near a surface.
 
+use super::grips::{GripProbe, probe_grips};
 use super::scratch::Probe;
-use crate::contact::{BladeContact, ContactGroup, ContactScratch, Terrain};
+use crate::contact::{BladeContact, ContactGroup, ContactScratch, ContactSettings, GripInputs, Terrain};
 use crate::dynamics::LinkKinematics;
 use crate::math::{Real, Vec3};
 use crate::model::{CharacterModel, ContactKind};
@@ -12,26 +13,33 @@ struct NewContact<R: Real> {
     is_grip: bool,
     active: R::Mask,
     blade: R::Mask,
+    pulls: R::Mask,
     arm: Vec3<R>,
 }
 
-/// Asks the terrain about every link that is near it, and lists the points within `margin` (m) of a surface. Grips that
-/// hold on to something are listed too. Returns true if anything takes part.
+/// Asks the terrain about every link that is near it, and lists the points within `settings.margin` of a surface. Grips that
+/// hold on to something are listed too; one that has slipped opens. `h` is the length of a step, s. Returns true if anything takes
+/// part.
 #[inline]
 pub fn detect_contacts<R: Real>(
     model: &CharacterModel,
     kinematics: &[LinkKinematics<R>],
     root_position: Vec3<R>,
     terrain: &impl Terrain<R>,
-    margin: f64,
-    grips: &[Option<glam::DVec3>],
+    settings: &ContactSettings,
+    h: f64,
+    grips: GripInputs<R>,
     scratch: &mut ContactScratch<R>,
 ) -> bool {
     scratch.clear();
+    let ContactSettings { margin, grip_slip, .. } = *settings;
+    let closed = &mut scratch.grip_probes;
+    let any_grip = probe_grips(model, kinematics, root_position, terrain, (margin, grip_slip, h), grips, closed);
     let margin = R::splat(margin);
     let ContactScratch {
         order,
         probes,
+        grip_probes,
         reach,
         blades,
         storage: candidates,
@@ -89,7 +97,7 @@ pub fn detect_contacts<R: Real>(
 
     let none = R::zero().lt(R::zero());
     let mut join = |link: usize, new: NewContact<R>| {
-        let NewContact { source, is_grip, active, blade, arm } = new;
+        let NewContact { source, is_grip, active, blade, pulls, arm } = new;
         let at = *count;
         match groups.last_mut() {
             Some(group) if group.link == link => group.end = at + 1,
@@ -97,7 +105,7 @@ pub fn detect_contacts<R: Real>(
         }
         // The rows follow later.
         let c = &mut candidates[at];
-        (c.source, c.is_grip, c.blade, c.active) = (source, is_grip, blade, active);
+        (c.source, c.is_grip, c.blade, c.pulls, c.active) = (source, is_grip, blade, pulls, active);
         (c.arm, c.place, c.partner) = (arm, kinematics[link].origin + arm, at);
         *count += 1;
     };
@@ -107,15 +115,14 @@ pub fn detect_contacts<R: Real>(
         // Grips are few and their order in the file is free: look at all that belong to links before `upto`.
         while next_grip < upto {
             for (g, grip) in model.grips.iter().enumerate() {
-                if grip.link == next_grip && grips.get(g).is_some_and(Option::is_some) {
-                    let arm = kinematics[grip.link].rotation.mul_vec(Vec3::splat(grip.position));
-                    join(grip.link, NewContact { source: g, is_grip: true, active: !none, blade: none, arm });
+                let GripProbe { active, pulls, arm, .. } = grip_probes[g];
+                if grip.link == next_grip && R::any(active) {
+                    join(grip.link, NewContact { source: g, is_grip: true, active, blade: none, pulls, arm });
                 }
             }
             next_grip += 1;
         }
     };
-    let any_grip = grips.iter().any(Option::is_some);
     for &p in order.iter() {
         let point = &model.contact_points[p];
         if any_grip {
@@ -129,7 +136,8 @@ pub fn detect_contacts<R: Real>(
             ContactKind::Point => none,
             ContactKind::BladeToe(b) | ContactKind::BladeHeel(b) => blades[b].map_or(none, |b| b.on_ice),
         };
-        join(point.link, NewContact { source: p, is_grip: false, active, blade, arm: probes[p].arm });
+        let arm = probes[p].arm;
+        join(point.link, NewContact { source: p, is_grip: false, active, blade, pulls: none, arm });
     }
     if any_grip {
         held(model.links.len(), &mut join);

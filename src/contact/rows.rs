@@ -1,7 +1,6 @@
 //! The rows of the contact problem: directions, responses, aims.
 
-use crate::contact::{ContactScratch, OwnMobility};
-use crate::dynamics::LinkKinematics;
+use crate::contact::{ContactScratch, OwnMobility, SurfaceHit};
 use crate::math::{Mat3, Motion, Real, Vec3};
 use crate::model::CharacterModel;
 use glam::DVec3;
@@ -22,8 +21,10 @@ pub struct ContactSettings {
     pub slop: f64,
     /// Largest speed of penetration correction, m/s: a body that starts deep inside is pushed out, not shot out.
     pub correction_speed: f64,
-    /// Part of the distance to its anchor that a grip closes in one step.
+    /// Part of the distance to its anchor that a grip closes in one step, at no more than `correction_speed`.
     pub grip_correction: f64,
+    /// How far a grip slides along under its largest force before it opens, m.
+    pub grip_slip: f64,
     /// Factor on every friction coefficient.
     pub friction_scale: f64,
 }
@@ -38,6 +39,7 @@ impl Default for ContactSettings {
             slop: 0.0002,
             correction_speed: 0.5,
             grip_correction: 0.1,
+            grip_slip: 0.02,
             friction_scale: 1.0,
         }
     }
@@ -61,21 +63,33 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
     (Vec3::new(sign * b, -(sign * n.z), one + sign * n.z * n.z * a), Vec3::new(sign + n.x * n.x * a, -n.x, b))
 }
 
+/// What the rows of a point aim at, `gap` (m) from a surface: to move along with it and not to pass through.
+#[inline(always)]
+fn surface_aims<R: Real>(
+    hit: &SurfaceHit<R>,
+    gap: R,
+    [n, t, s]: [Vec3<R>; 3],
+    settings: &ContactSettings,
+    inverse_h: R,
+) -> [R; 3] {
+    let zero = R::zero();
+    // Apart: it may close the gap within the step. Inside: it is pushed out gently.
+    let outward = (-gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
+    let outward = outward.min(R::splat(settings.correction_speed));
+    let apart = zero.lt(gap);
+    let carried = hit.velocity;
+    [carried.dot(n) + R::select(apart, -(gap * inverse_h), outward), carried.dot(t), carried.dot(s)]
+}
+
 /// What the rows are made from.
 #[derive(Clone, Copy, Debug)]
 pub struct RowInputs<'a, R> {
     /// The character.
     pub model: &'a CharacterModel,
-    /// Where its links are.
-    pub kinematics: &'a [LinkKinematics<R>],
-    /// Position of the root, world frame, m.
-    pub root_position: Vec3<R>,
     /// Tuning.
     pub settings: &'a ContactSettings,
     /// Factor on every friction coefficient, by lane.
     pub friction_scale: R,
-    /// World position that each grip holds on to, m.
-    pub grip_anchors: &'a [Option<DVec3>],
     /// Impulse of the last step at each contact point, world axes, N s.
     pub warm_points: &'a [Vec3<R>],
     /// Impulse of the last step at each grip, world axes, N s.
@@ -87,25 +101,53 @@ pub struct RowInputs<'a, R> {
 /// Fills the rows of every candidate.
 #[inline]
 pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R>) {
-    let RowInputs { model, kinematics, root_position, settings, friction_scale, grip_anchors, .. } = *inputs;
+    let RowInputs { model, settings, friction_scale, .. } = *inputs;
     let RowInputs { warm_points, warm_grips, h, .. } = *inputs;
     let (zero, one) = (R::zero(), R::one());
     let inverse_h = R::splat(1.0 / h);
     // A turn by more than this in half a step is no carve.
     let (half_step, most_turn) = (R::splat(0.5 * h), R::splat(0.1));
-    let ContactScratch { probes, blades, storage: candidates, yields, gives, give_rows, groups, mobility, .. } =
-        scratch;
+    let ContactScratch {
+        probes,
+        grip_probes,
+        blades,
+        storage: candidates,
+        yields,
+        gives,
+        give_rows,
+        groups,
+        mobility,
+        ..
+    } = scratch;
     for group in groups.iter() {
         let own = mobility.own(group.link);
-        let k = &kinematics[group.link];
         for (c, at) in candidates[group.start..group.end].iter_mut().zip(group.start..) {
             let warm;
+            let mut partner_normal = zero;
             if c.is_grip {
+                let probe = &grip_probes[c.source];
                 c.directions = [Vec3::splat(DVec3::X), Vec3::splat(DVec3::Y), Vec3::splat(DVec3::Z)];
-                let anchor = Vec3::splat(grip_anchors[c.source].unwrap_or(DVec3::ZERO));
-                let pull =
-                    (anchor - root_position - k.origin - c.arm) * (inverse_h * R::splat(settings.grip_correction));
-                c.aims = [pull.x, pull.y, pull.z];
+                c.grip_limit = R::splat(model.grips[c.source].max_force * h);
+                // It follows its anchor, and comes nearer to it gently.
+                let closer = probe.to_anchor * (inverse_h * R::splat(settings.grip_correction));
+                let speed = closer.length().max(R::splat(1e-12));
+                let follow = closer * (R::splat(settings.correction_speed) / speed).min(one) + probe.velocity;
+                c.aims = [follow.x, follow.y, follow.z];
+                c.friction = zero;
+                let pushes = c.active & !c.pulls;
+                if R::any(pushes) {
+                    // There it is a contact point like any other.
+                    let n = probe.hit.normal;
+                    let (t, s) = tangents(n);
+                    let gap = probe.hit.distance;
+                    let aims = surface_aims(&probe.hit, gap, [n, t, s], settings, inverse_h);
+                    for r in 0..3 {
+                        c.directions[r] = Vec3::select(pushes, [n, t, s][r], c.directions[r]);
+                        c.aims[r] = R::select(pushes, aims[r], c.aims[r]);
+                    }
+                    let friction = probe.hit.friction * R::splat(settings.friction_scale) * friction_scale;
+                    c.friction = friction.masked(pushes);
+                }
                 warm = warm_grips[c.source];
             } else {
                 let probe = &probes[c.source];
@@ -131,20 +173,14 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                     s = Vec3::select(c.blade, (across + along * turn) * scale, s);
                     glide = (speed * turn * scale).masked(c.blade);
                     c.bite = R::splat(spec.bite.unwrap_or(1e9));
+                    // The edge holds by the load on both ends: what the other one starts from counts too.
+                    let other = if c.source == spec.toe { spec.heel } else { spec.toe };
+                    partner_normal = warm_points[other].dot(probes[other].hit.normal).max(zero).masked(c.blade);
                 }
                 c.directions = [n, t, s];
                 c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
-                // Apart: it may close the gap within the step. Inside: it is pushed out gently.
-                let outward =
-                    (-probe.gap - R::splat(settings.slop)).max(zero) * (inverse_h * R::splat(settings.correction));
-                let outward = outward.min(R::splat(settings.correction_speed));
-                let apart = zero.lt(probe.gap);
-                let carried = probe.hit.velocity;
-                c.aims = [
-                    carried.dot(n) + R::select(apart, -(probe.gap * inverse_h), outward),
-                    carried.dot(t),
-                    carried.dot(s) + glide,
-                ];
+                c.aims = surface_aims(&probe.hit, probe.gap, c.directions, settings, inverse_h);
+                c.aims[2] += glide;
                 warm = warm_points[c.source];
             }
             let (angular, linear) = force_response(own, c.arm);
@@ -174,12 +210,14 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
             // Warm start: the last impulse, on today's directions.
             let warm = warm.masked(c.active);
             c.impulses = [warm.dot(c.directions[0]), warm.dot(c.directions[1]), warm.dot(c.directions[2])];
-            if !c.is_grip {
-                c.impulses[0] = c.impulses[0].max(zero);
-                let limit = c.friction * c.impulses[0];
-                c.impulses[1] = c.impulses[1].clamp(-limit, limit);
-                let side = R::select(c.blade, c.bite * c.impulses[0], limit);
-                c.impulses[2] = c.impulses[2].clamp(-side, side);
+            let pulled = if c.is_grip { c.within_grip(c.impulses) } else { c.impulses };
+            c.impulses[0] = c.impulses[0].max(zero);
+            let limit = c.friction * c.impulses[0];
+            c.impulses[1] = c.impulses[1].clamp(-limit, limit);
+            let side = R::select(c.blade, c.bite * (c.impulses[0] + partner_normal), limit);
+            c.impulses[2] = c.impulses[2].clamp(-side, side);
+            if c.is_grip {
+                c.impulses = [0, 1, 2].map(|r| R::select(c.pulls, pulled[r], c.impulses[r]));
             }
             if gives_way {
                 let warm = c.impulses;

@@ -1,6 +1,7 @@
 //! The work space of the contact stages.
 
 use super::candidate::ContactCluster;
+use super::grips::GripProbe;
 use crate::contact::{BladeContact, ContactCandidate, ContactGroup, ContactMobility, SurfaceHit};
 use crate::math::{Real, Sym3, Vec3};
 use crate::model::CharacterModel;
@@ -20,6 +21,8 @@ pub struct ContactScratch<R: Real> {
     pub(crate) order: Vec<usize>,
     /// Answers of the terrain, by contact point.
     pub(crate) probes: Vec<Probe<R>>,
+    /// Grips and their anchors, by grip.
+    pub(crate) grip_probes: Vec<GripProbe<R>>,
     /// Links with a point, and the radius about the link origin that holds them all, m.
     pub(crate) reach: Vec<(usize, f64, core::ops::Range<usize>)>,
     /// Blades, by index; `None` while no lane has it on the ice.
@@ -70,6 +73,7 @@ impl<R: Real> ContactScratch<R> {
         Self {
             order,
             probes: vec![far; model.contact_points.len()],
+            grip_probes: vec![GripProbe::open(); model.grips.len()],
             reach,
             blades: vec![None; model.blades.len()],
             storage: vec![ContactCandidate::blank(); capacity],

@@ -33,24 +33,46 @@ fn add_wrench<R: Real>(c: &ContactCandidate<R>, d: &[R; 3], w: &mut Force<R>) {
     }
 }
 
-/// The new impulses at a point: each row in turn is brought to its aim, then back into the cone.
+/// The new impulses at a contact point or a grip.
 #[inline(always)]
 fn project<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_normal: R) -> [R; 3] {
+    if !c.is_grip {
+        return project_point(c, residuals, partner_normal);
+    }
+    let pulled = project_grip(c, residuals);
+    if !R::any(c.active & !c.pulls) {
+        return pulled;
+    }
+    let pushed = project_point(c, residuals, partner_normal);
+    [0, 1, 2].map(|r| R::select(c.pulls, pulled[r], pushed[r]))
+}
+
+/// A grip that pulls: each row in turn is brought to its aim, then all of them back to what the grip can hold by.
+#[inline]
+fn project_grip<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3]) -> [R; 3] {
+    let [x0, y0, z0] = c.impulses;
+    let [ux, uy, uz] = residuals;
+    let [_, _, _, xy, xz, yz] = c.coupling;
+    let x = ux.neg_mul_add(c.effective_mass[0], x0);
+    let dx = x - x0;
+    let y = xy.mul_add(dx, uy).neg_mul_add(c.effective_mass[1], y0);
+    let uz = yz.mul_add(y - y0, xz.mul_add(dx, uz));
+    let z = uz.neg_mul_add(c.effective_mass[2], z0);
+    c.within_grip([x, y, z])
+}
+
+/// A point that pushes: each row in turn is brought to its aim, then back into the cone.
+#[inline(always)]
+fn project_point<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_normal: R) -> [R; 3] {
     let [n0, t0, s0] = c.impulses;
     let [un, ut, us] = residuals;
     let [_, _, _, nt, ns, ts] = c.coupling;
 
-    // Normal: pushes only. A grip pulls as well.
-    let n = un.neg_mul_add(c.effective_mass[0], n0);
-    let n = if c.is_grip { n } else { n.max(R::zero()) };
+    let n = un.neg_mul_add(c.effective_mass[0], n0).max(R::zero());
     let dn = n - n0;
     let ut = nt.mul_add(dn, ut);
     let us = ns.mul_add(dn, us);
     let t = ut.neg_mul_add(c.effective_mass[1], t0);
-    if c.is_grip {
-        let us = ts.mul_add(t - t0, us);
-        return [n, t, us.neg_mul_add(c.effective_mass[2], s0)];
-    }
     let limit = c.friction * n;
     // Blade: friction along, the edge across. Others: first free in both, then onto the disc.
     let t_line = t.clamp(-limit, limit);

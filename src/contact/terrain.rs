@@ -94,6 +94,15 @@ impl<R: Real> SupportHit<R> {
     }
 }
 
+/// A place that a grip holds on to, as it is now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnchorMotion {
+    /// Where it is, world frame, m.
+    pub place: DVec3,
+    /// How it moves, world axes, m/s.
+    pub velocity: DVec3,
+}
+
 /// A solid that begins so little above a point still counts as a support of it, m: a sole that has sunk in a little, a low
 /// sill under the toes.
 pub const STEP_UP: f64 = 0.05;
@@ -137,6 +146,13 @@ pub trait Terrain<R: Real> {
         }
     }
 
+    /// Where the place `place` (frame of the solid, m) of solid number `solid` is, for a character in lane `lane`; `None` if there is
+    /// no such solid: then a grip that held on to it opens.
+    fn anchor(&self, lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
+        let _ = (lane, solid, place);
+        None
+    }
+
     /// True if something in it may give way; then `give` is asked in every step with contact.
     #[inline]
     fn yields(&self) -> bool {
@@ -169,6 +185,9 @@ impl<R: Real, T: Terrain<R>> Terrain<R> for &T {
     #[inline]
     fn height(&self, point: Vec3<R>) -> SupportHit<R> {
         T::height(self, point)
+    }
+    fn anchor(&self, lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
+        T::anchor(self, lane, solid, place)
     }
     #[inline]
     fn yields(&self) -> bool {

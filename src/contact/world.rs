@@ -2,7 +2,7 @@
 
 use crate::contact::geometry::near_top_edge;
 use crate::contact::terrain::STEP_UP;
-use crate::contact::{Geometry, SupportHit, Surface, SurfaceHit, Terrain};
+use crate::contact::{AnchorMotion, Geometry, SupportHit, Surface, SurfaceHit, Terrain};
 use crate::math::{Mat3, Real, Vec3};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -28,6 +28,24 @@ impl Solid {
     pub fn fixed(geometry: Geometry, surface: Surface) -> Self {
         let still = DVec3::ZERO;
         Self { geometry, surface, edge: false, linear_velocity: still, angular_velocity: still, pivot: still }
+    }
+
+    /// Origin (world frame, m) and axes of its frame: the middle of its shape and, of a box, its axes; of a strip or a height
+    /// field those of the world.
+    pub fn frame(&self) -> (DVec3, DQuat) {
+        match &self.geometry {
+            Geometry::Plane { point, .. } => (*point, DQuat::IDENTITY),
+            Geometry::Box { center, rotation, .. } => (*center, *rotation),
+            Geometry::Sphere { center, .. } | Geometry::Rail { center, .. } => (*center, DQuat::IDENTITY),
+            Geometry::Strip { .. } | Geometry::HeightField(_) => (DVec3::ZERO, DQuat::IDENTITY),
+        }
+    }
+
+    /// The place `place` (its own frame, m) as it is now.
+    pub fn anchor(&self, place: DVec3) -> AnchorMotion {
+        let (origin, axes) = self.frame();
+        let place = origin + axes * place;
+        AnchorMotion { place, velocity: self.velocity(Vec3::<f64>::splat(place)).lane(0) }
     }
 
     /// Its surface, as seen from `point` (world frame, m).
@@ -156,6 +174,10 @@ impl<R: Real> Terrain<R> for World {
             }
         }
         best
+    }
+
+    fn anchor(&self, _lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
+        self.solids.get(solid).map(|solid| solid.anchor(place))
     }
 
     #[inline]

@@ -20,8 +20,7 @@ pub fn apply_initial_state<R: Real>(sim: &mut Simulator<R>, tick: &ReferenceTick
         sim.state.set_velocity(lane, v.root_linear, v.root_angular, &v.joints);
     }
     sim.state.contact_impulses.fill(Vec3::zero());
-    sim.state.grip_impulses.fill(Vec3::zero());
-    sim.state.grip_anchors.fill(None);
+    sim.state.release_all();
     sim.state.time = 0.0;
     sim.state_changed();
 }

@@ -19,6 +19,7 @@ mod policy_graph;
 #[cfg(feature = "policy")]
 mod policy_normaliser;
 mod reference;
+pub mod terms;
 pub mod tracking;
 
 pub use drive::{apply_initial_state, command_pose};

@@ -5,6 +5,7 @@
 //! deterministic.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::asset::read_file::read_text;
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::{Reference, apply_initial_state};
 use crate::math::{Quat, Real, Vec3};
@@ -87,12 +88,15 @@ pub(crate) fn offset_rotation(o: Offset) -> DQuat {
     DQuat::from_xyzw(v.x * s, v.y * s, v.z * s, s)
 }
 
+/// Largest file of a control, bytes.
+const MAX_CONTROL_BYTES: u64 = 256 << 20;
+
 impl ReconstructedControl {
     /// Reads a control and checks everything that does not depend on the character.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ControlError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| ControlError::Io { path: path.to_path_buf(), source })?;
+        let text = read_text(path, MAX_CONTROL_BYTES)
+            .map_err(|e| ControlError::Io { path: path.to_path_buf(), source: e.into() })?;
         Self::from_ron(&text, path)
     }
 

@@ -5,7 +5,6 @@ use super::policy_error::PolicyError;
 use super::policy_file::{decode, read_bytes};
 use super::policy_graph::{GraphFault, Widths, check_and_clean};
 use super::policy_normaliser::take_normaliser;
-use super::tracking::ObservationLayout;
 use crate::asset::card::fingerprint;
 use crate::asset::policy_contract::{Normaliser, PolicyContract};
 use crate::asset::policy_fit::PolicyUse;
@@ -118,12 +117,13 @@ impl Policy {
         })
     }
 
-    /// Checks that the policy can be played on a body, whatever the skill: it sees what the body shows and tells its links. A
-    /// skill's description is compared by [`SkillDefinition::check_policy`](crate::skill::SkillDefinition::check_policy).
+    /// Checks that the policy can be played on a body, whatever the skill: it tells the body's links, and it was learnt with the
+    /// same numbers where the contract says with which. A skill's description is compared by
+    /// [`SkillDefinition::check_policy`](crate::skill::SkillDefinition::check_policy).
     pub fn check_for(&self, model: &CharacterModel) -> Result<(), PolicyError> {
         let contract = &*self.contract;
         self.check_played(&PolicyUse {
-            observation: ObservationLayout::of(model).blocks,
+            observation: contract.observation.clone(),
             links: model.links.iter().skip(1).map(|link| link.name.clone()).collect(),
             action_scale: contract.action.scale,
             control_rate: contract.control_rate,

@@ -2,6 +2,7 @@
 
 use super::policy_error::PolicyError;
 use crate::asset::policy_contract::{CONTRACT_KEY, PolicyContract};
+use crate::asset::read_file::{self, ReadFault};
 use prost::Message;
 use std::path::Path;
 use tract_onnx::pb::ModelProto;
@@ -12,10 +13,10 @@ pub const MAX_POLICY_BYTES: u64 = 64 << 20;
 /// Reads the bytes of a policy file.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, PolicyError> {
     let file = path.display().to_string();
-    let failed = |e: std::io::Error| PolicyError::Read { file: file.clone(), reason: e.to_string() };
-    let bytes = std::fs::metadata(path).map_err(failed)?.len();
-    check_length(bytes, &file)?;
-    std::fs::read(path).map_err(failed)
+    read_file::read_bytes(path, MAX_POLICY_BYTES).map_err(|error| match error.fault {
+        ReadFault::TooLarge { bytes, limit } => PolicyError::TooLarge { file, bytes, limit },
+        fault => PolicyError::Read { file, reason: fault.to_string() },
+    })
 }
 
 fn check_length(bytes: u64, file: &str) -> Result<(), PolicyError> {

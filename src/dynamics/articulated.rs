@@ -17,6 +17,15 @@
 //! ```
 //!
 //! A joint without gains (e = 0) passes on a force only.
+//!
+//! A ball joint beyond its range has other gains about some axes: `e 1 + L` takes the place of `e 1`, L symmetric. Then
+//!
+//! ```text
+//! D = J + e 1 + L,  E = e Phi + Phi L,  Ja = e 1 - e^2 Phi + L - e (Phi L + L Phi) - L Phi L,  Ha = e K + L K,  na = tau - e w - L w
+//! ```
+//!
+//! L is zero in lanes that are within their range, and every term with it is added to what stands there without, so their bits
+//! do not depend on their neighbours'.
 
 use crate::dynamics::{LinkConstants, LinkKinematics, ServoOutput};
 use crate::math::{Force, Inertia, Mat3, Mobility, Motion, Real, Sym3, Vec3};
@@ -26,6 +35,8 @@ use crate::math::{Force, Inertia, Mat3, Mobility, Motion, Real, Sym3, Vec3};
 pub enum Transmission<R> {
     /// Ball joint with this implicit gain e: `E = e Phi`.
     Ball(R),
+    /// Ball joint that is beyond its range in some lane, with the gains e and L (world axes): `E = e Phi + Phi L`.
+    Beyond(R, Sym3<R>),
     /// Hinge: any matrix.
     Hinge(Mat3<R>),
 }
@@ -69,6 +80,7 @@ impl<R: Real> ArticulatedLink<R> {
     fn transmit(&self, v: Vec3<R>, c: Vec3<R>) -> Vec3<R> {
         match &self.transmission {
             Transmission::Ball(e) => self.joint_mobility.mul_vec_add(v * *e, c),
+            Transmission::Beyond(e, l) => self.joint_mobility.mul_vec_add(v * *e + l.mul_vec(v), c),
             Transmission::Hinge(m) => m.mul_vec_add(v, c),
         }
     }
@@ -77,6 +89,9 @@ impl<R: Real> ArticulatedLink<R> {
     pub fn transmission_matrix(&self) -> Mat3<R> {
         match &self.transmission {
             Transmission::Ball(e) => self.joint_mobility.scale(*e).to_mat3(),
+            Transmission::Beyond(e, l) => {
+                self.joint_mobility.scale(*e).to_mat3() + self.joint_mobility.mul_mat(&l.to_mat3())
+            }
             Transmission::Hinge(m) => *m,
         }
     }
@@ -99,6 +114,9 @@ impl<R: Real> ArticulatedLink<R> {
         let arm = from_parent.cross(force);
         let moment = match &self.transmission {
             Transmission::Ball(e) => self.joint_mobility.mul_vec_add(w.moment * *e, arm),
+            Transmission::Beyond(e, l) => {
+                self.joint_mobility.mul_vec_add(w.moment * *e, arm) + l.mul_vec(self.joint_mobility.mul_vec(w.moment))
+            }
             Transmission::Hinge(m) => m.tr_mul_vec_add(w.moment, arm),
         };
         Force { moment, force }
@@ -202,6 +220,18 @@ pub fn articulated_inertias<R: Real>(
             ja = j.sub_outer(js, js * (s.dot(js) + e).recip());
             ha = transmission.transpose().mul_mat(&h);
             na = j.mul_vec_add(link.drive, link.bias.moment);
+        } else if let Some(gains) = servo.beyond {
+            let l = Sym3::rotated_diagonal(gains, &k.rotation);
+            let phi = (j.add_diagonal(e) + l).inverse();
+            link.joint_mobility = phi;
+            link.k = phi.mul_mat(&h);
+            link.transmission = Transmission::Beyond(e, l);
+            link.drive = phi.mul_vec(u);
+            let phi_l = phi.mul_mat(&l.to_mat3());
+            let both = Sym3::sum_with_transpose(&phi_l).scale(e) + Sym3::product_upper(&l.to_mat3(), &phi_l);
+            ja = phi.scale(-(e * e)).add_diagonal(e) + (l - both);
+            ha = link.k.scale(e) + l.mul_mat(&link.k);
+            na = link.drive.neg_mul_add(e, tau) - l.mul_vec(link.drive);
         } else {
             let phi = j.add_diagonal(e).inverse();
             link.joint_mobility = phi;

@@ -53,8 +53,10 @@ pub fn contact_free_accelerations<R: Real>(
     torques: &[Vec3<R>],
     gravity: Vec3<R>,
 ) -> (Motion<R>, Vec<Vec3<R>>) {
-    let servos: Vec<_> =
-        torques.iter().map(|t| crate::dynamics::ServoOutput { torque: *t, implicit: R::zero() }).collect();
+    let servos: Vec<_> = torques
+        .iter()
+        .map(|t| crate::dynamics::ServoOutput { torque: *t, implicit: R::zero(), beyond: None })
+        .collect();
     let mut articulated = vec![ArticulatedLink::default(); constants.len()];
     let mobility = crate::dynamics::articulated_inertias(constants, kinematics, &servos, &[], &mut articulated);
     let mut accelerations = vec![Motion::zero(); constants.len()];

@@ -1,5 +1,6 @@
 //! Velocities of points and their derivatives by the generalised velocity.
 
+use crate::dynamics::generalized::joint_axes;
 use crate::dynamics::{LinkConstants, LinkKinematics};
 use crate::math::{Real, Vec3};
 use glam::DVec3;
@@ -10,33 +11,73 @@ pub fn point_velocity<R: Real>(kinematics: &[LinkKinematics<R>], link: usize, po
     k.velocity.at(k.rotation.mul_vec(position))
 }
 
-/// The Jacobian of that velocity, lane 0: one column (world axes) for each degree of freedom, in the order of the
-/// module's conventions.
+/// The Jacobian J of that velocity: one column (world axes) for each degree of freedom, in the order of the module's
+/// conventions, written to `columns` ([`degrees_of_freedom`](crate::dynamics::degrees_of_freedom) entries; further ones stay).
+/// Nothing is allocated.
 pub fn point_jacobian<R: Real>(
     constants: &[LinkConstants<R>],
     kinematics: &[LinkKinematics<R>],
     link: usize,
     position: Vec3<R>,
-) -> Vec<DVec3> {
+    columns: &mut [Vec3<R>],
+) {
     let point = kinematics[link].origin + kinematics[link].rotation.mul_vec(position);
-    let mut on_path = vec![false; constants.len()];
-    let mut at = link;
-    loop {
-        on_path[at] = true;
-        if at == 0 {
-            break;
+    let mut columns = columns.iter_mut();
+    let mut write = |column: Vec3<R>| {
+        if let Some(place) = columns.next() {
+            *place = column;
         }
+    };
+    [DVec3::X, DVec3::Y, DVec3::Z].into_iter().for_each(|axis| write(Vec3::splat(axis)));
+    for (i, c) in constants.iter().enumerate() {
+        let moves = is_above(constants, i, link);
+        let k = &kinematics[i];
+        let (axes, count) = joint_axes(c);
+        for axis in &axes[..count] {
+            write(if moves { k.rotation.mul_vec(*axis).cross(point - k.origin) } else { Vec3::zero() });
+        }
+    }
+}
+
+/// The rate of the Jacobian times the generalised velocity: the acceleration (world axes, m/s^2) that the point at `position` (link
+/// frame, m) of link `link` has while no generalised velocity changes. With `a` the generalised acceleration the point's own is
+/// `J a` and this.
+///
+/// Summed from the link up to the root (Featherstone 2008, Section 2.10, written with classical accelerations):
+///
+/// ```text
+/// J' v = w x (w x r) + sum over links k above and including it of  w_p x (w_p x d_k) + (w_p x u_k) x (p - o_k)
+/// ```
+///
+/// r from the link's origin to the point p; o_k the origin of link k, d_k from its parent's; w and w_p angular velocities of the link
+/// and of k's parent, u_k that of k against its parent.
+pub fn point_jacobian_rate<R: Real>(
+    constants: &[LinkConstants<R>],
+    kinematics: &[LinkKinematics<R>],
+    link: usize,
+    position: Vec3<R>,
+) -> Vec3<R> {
+    let k = &kinematics[link];
+    let arm = k.rotation.mul_vec(position);
+    let point = k.origin + arm;
+    let omega = k.velocity.angular;
+    let mut rate = omega.cross(omega.cross(arm));
+    let mut at = link;
+    while at != 0 {
+        let (k, parent) = (&kinematics[at], constants[at].parent);
+        let omega = kinematics[parent].velocity.angular;
+        rate += omega.cross(omega.cross(k.from_parent)) + omega.cross(k.joint_velocity).cross(point - k.origin);
+        at = parent;
+    }
+    rate
+}
+
+/// True if link `i` is `link` or carries it.
+fn is_above<R>(constants: &[LinkConstants<R>], i: usize, link: usize) -> bool {
+    // A parent comes before its children.
+    let mut at = link;
+    while at > i {
         at = constants[at].parent;
     }
-    let mut columns = vec![DVec3::X, DVec3::Y, DVec3::Z];
-    for (i, c) in constants.iter().enumerate() {
-        let arm = (point - kinematics[i].origin).lane(0);
-        let r = kinematics[i].rotation.lane(0);
-        let axes: Vec<DVec3> = match c.hinge {
-            Some(axis) => vec![axis.lane(0)],
-            None => vec![DVec3::X, DVec3::Y, DVec3::Z],
-        };
-        columns.extend(axes.into_iter().map(|a| if on_path[i] { (r * a).cross(arm) } else { DVec3::ZERO }));
-    }
-    columns
+    at == i
 }

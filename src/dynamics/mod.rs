@@ -6,8 +6,11 @@
 //! (world axes), root angular (root axes), then each joint in the axes of its child link.
 
 mod articulated;
+mod centroidal;
 mod constants;
 mod forward;
+mod generalized;
+mod grip;
 mod inverse;
 mod jacobian;
 mod kinematics;
@@ -17,10 +20,13 @@ mod servo;
 mod state;
 
 pub use articulated::{ArticulatedLink, articulated_inertias};
+pub use centroidal::CentroidalMap;
 pub use constants::LinkConstants;
 pub use forward::{contact_free_accelerations, forward_accelerations, integrate};
+pub use generalized::{degrees_of_freedom, generalized_velocity};
+pub use grip::{GripAnchor, GripState};
 pub use inverse::inverse_dynamics;
-pub use jacobian::{point_jacobian, point_velocity};
+pub use jacobian::{point_jacobian, point_jacobian_rate, point_velocity};
 pub use kinematics::{LinkKinematics, update_positions, update_twists, update_velocities};
 pub use mass_matrix::mass_matrix;
 pub use momentum::{Momentum, Totals, correct_root, energy, momentum, totals};

@@ -1,5 +1,6 @@
 //! The state of a character: everything a snapshot needs, nothing that can be recomputed.
 
+use crate::dynamics::{GripAnchor, GripState};
 use crate::math::{Motion, Quat, Real, Vec3};
 use crate::model::CharacterModel;
 use glam::{DQuat, DVec3};
@@ -36,8 +37,8 @@ pub struct State<R> {
     pub contact_impulses: Vec<Vec3<R>>,
     /// Impulse of the last step at each grip, world axes, N s.
     pub grip_impulses: Vec<Vec3<R>>,
-    /// World position that each grip holds on to, m; `None` where it is open.
-    pub grip_anchors: Vec<Option<DVec3>>,
+    /// What each grip holds on to.
+    pub grips: Vec<GripState<R>>,
 }
 
 impl<R: Real> State<R> {
@@ -51,12 +52,12 @@ impl<R: Real> State<R> {
             joints: vec![JointState::default(); model.links.len()],
             contact_impulses: vec![Vec3::zero(); model.contact_points.len()],
             grip_impulses: vec![Vec3::zero(); model.grips.len()],
-            grip_anchors: vec![None; model.grips.len()],
+            grips: vec![GripState::default(); model.grips.len()],
         }
     }
 
-    /// Copies the configuration and velocity of lane `from` of `other` into lane `to`; warm starts included, time and
-    /// grip anchors not (they are common to all lanes).
+    /// Copies lane `from` of `other` into lane `to`: configuration, velocity, warm starts and grips. Time stays: it is common to
+    /// all lanes.
     pub fn copy_lane<S: Real>(&mut self, to: usize, other: &State<S>, from: usize) {
         self.root_position.set_lane(to, other.root_position.lane(from));
         self.root_rotation.set_lane(to, other.root_rotation.lane(from));
@@ -72,17 +73,45 @@ impl<R: Real> State<R> {
         for (mine, theirs) in self.grip_impulses.iter_mut().zip(&other.grip_impulses) {
             mine.set_lane(to, theirs.lane(from));
         }
+        for (mine, theirs) in self.grips.iter_mut().zip(&other.grips) {
+            mine.copy_lane(to, theirs, from);
+        }
     }
 
     /// One lane as a state of its own.
     pub fn lane<S: Real>(&self, model: &CharacterModel, index: usize) -> State<S> {
         let mut state = State::at_rest(model);
         state.time = self.time;
-        state.grip_anchors.clone_from(&self.grip_anchors);
         for to in 0..S::LANES {
             state.copy_lane(to, self, index);
         }
         state
+    }
+
+    /// Closes grip number `grip` of lane `lane` about `anchor`. A number that the character does not have is ignored.
+    pub fn hold(&mut self, grip: usize, lane: usize, anchor: GripAnchor) {
+        if let Some(grip) = self.grips.get_mut(grip) {
+            grip.hold(lane, anchor);
+        }
+    }
+
+    /// Opens grip number `grip` of lane `lane`.
+    pub fn release(&mut self, grip: usize, lane: usize) {
+        if let (Some(state), Some(impulse)) = (self.grips.get_mut(grip), self.grip_impulses.get_mut(grip)) {
+            state.release(lane);
+            impulse.set_lane(lane, DVec3::ZERO);
+        }
+    }
+
+    /// Opens every grip in every lane.
+    pub fn release_all(&mut self) {
+        self.grips.fill(GripState::default());
+        self.grip_impulses.fill(Vec3::zero());
+    }
+
+    /// What grip number `grip` of lane `lane` holds on to; `None` where it is open.
+    pub fn anchor(&self, grip: usize, lane: usize) -> Option<GripAnchor> {
+        self.grips.get(grip)?.anchor(lane)
     }
 
     /// Sets the pose of lane `index`: root position (world, m), root rotation, child-to-parent rotation of each link
@@ -140,6 +169,12 @@ impl<R: Real> State<R> {
         }
         for impulse in self.contact_impulses.iter().chain(&self.grip_impulses) {
             eat(impulse.lane(index));
+        }
+        for (number, grip) in self.grips.iter().enumerate().filter(|(_, g)| g.anchor(index).is_some()) {
+            let (numbers, place) = grip.numbers(index);
+            eat(DVec3::X * number as f64);
+            eat(numbers);
+            eat(place);
         }
         hash
     }

@@ -279,6 +279,14 @@ impl AthleteBody {
         self.controller.place(&placement, &self.simulator);
     }
 
+    /// Steps per second at full detail: the character's, or the nearest that fits the decisions of its skills.
+    pub(super) fn full_rate(&self) -> f64 {
+        match &self.controller {
+            Controller::Direct { director, .. } => director.simulation_rate(self.model()),
+            Controller::Hold | Controller::Play { .. } => self.model().step_rate,
+        }
+    }
+
     /// Back to the first pose of the control, or to rest in the zero pose; lifts a quarantine.
     pub fn reset(&mut self) {
         let model = self.simulator.model().clone();
@@ -296,12 +304,13 @@ impl AthleteBody {
             Controller::Direct { director, finished } => {
                 *finished = None;
                 self.performs = None;
-                self.simulator.set_settings(SimulationSettings { rate: model.step_rate, ..settings });
+                let rate = director.simulation_rate(&model);
+                self.simulator.set_settings(SimulationSettings { rate, ..settings });
                 let heading = Heading::of(Quat::<f64>::splat(self.placement.heading));
                 self.simulator.state.time = 0.0;
                 director.begin(&mut self.simulator, heading, self.placement.point(DVec3::ZERO));
                 // At the start of a decision every rate that fits can be gone to.
-                director.set_rate(model.step_rate);
+                director.set_rate(rate);
             }
             Controller::Hold => {
                 let mut fresh: Simulator<f64> =

@@ -2,7 +2,7 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{ContactSettings, SelfCollisionSettings};
-use crate::dynamics::LimitSpring;
+use crate::dynamics::{GripAnchor, LimitSpring};
 use crate::engine::controller::Controller;
 use crate::engine::step_clock::StepClock;
 use crate::engine::{AthleteBody, AthleteDetail, QuarantineReason};
@@ -109,6 +109,23 @@ fn read_transform(from: &mut StateReader) -> Result<Transform, StateError> {
     Ok(Transform { translation, rotation, scale: from.vector("scale")?.as_vec3() })
 }
 
+fn write_anchor(out: &mut StateWriter, anchor: GripAnchor, nearest: f64) {
+    let (solid, place) = match anchor {
+        GripAnchor::Fixed(place) => (None, place),
+        GripAnchor::Solid { solid, place } => (Some(solid), place),
+    };
+    out.option(solid, StateWriter::count);
+    out.vector(place);
+    out.number(nearest);
+}
+
+fn read_anchor(from: &mut StateReader) -> Result<(GripAnchor, f64), StateError> {
+    let solid = from.option("solid of a grip", |from| from.below("solid of a grip", GripAnchor::MOST_SOLIDS))?;
+    let place = from.vector("place of a grip")?;
+    let anchor = solid.map_or(GripAnchor::Fixed(place), |solid| GripAnchor::Solid { solid, place });
+    Ok((anchor, from.number("slip of a grip")?))
+}
+
 fn write_simulator(sim: &Simulator<f64>, out: &mut StateWriter) {
     write_settings(sim.settings(), out);
     out.number(sim.friction_scale);
@@ -127,7 +144,10 @@ fn write_simulator(sim: &Simulator<f64>, out: &mut StateWriter) {
     state.contact_impulses.iter().for_each(|v| out.vector(v.lane(0)));
     out.count(state.grip_impulses.len());
     state.grip_impulses.iter().for_each(|v| out.vector(v.lane(0)));
-    state.grip_anchors.iter().for_each(|anchor| out.option(*anchor, StateWriter::vector));
+    state
+        .grips
+        .iter()
+        .for_each(|grip| out.option(grip.anchor(0), |out, anchor| write_anchor(out, anchor, grip.nearest(0))));
     for command in sim.commands.iter().skip(1) {
         out.rotation(command.rotation.lane(0));
         out.vector(command.velocity.lane(0));
@@ -167,8 +187,12 @@ fn read_simulator(sim: &mut Simulator<f64>, from: &mut StateReader) -> Result<()
     for impulse in &mut state.grip_impulses {
         *impulse = vector(from, "grip impulse")?;
     }
-    for anchor in &mut state.grip_anchors {
-        *anchor = from.option("grip", |from| from.vector("grip"))?;
+    for grip in &mut state.grips {
+        grip.release(0);
+        if let Some((anchor, nearest)) = from.option("grip", read_anchor)? {
+            grip.hold(0, anchor);
+            grip.set_nearest(0, nearest);
+        }
     }
     for command in sim.commands.iter_mut().skip(1) {
         command.rotation = rotation(from, "target")?;
@@ -199,10 +223,11 @@ fn write_settings(settings: &SimulationSettings, out: &mut StateWriter) {
         slop,
         correction_speed,
         grip_correction,
+        grip_slip,
         friction_scale,
     } = contact;
     out.count(sweeps);
-    for number in [margin, tolerance, correction, slop, correction_speed, grip_correction, friction_scale] {
+    for number in [margin, tolerance, correction, slop, correction_speed, grip_correction, grip_slip, friction_scale] {
         out.number(number);
     }
     out.option(limits, |out, LimitSpring { stiffness, damping }| {
@@ -232,6 +257,7 @@ fn read_settings(from: &mut StateReader) -> Result<SimulationSettings, StateErro
         slop: number(from)?,
         correction_speed: number(from)?,
         grip_correction: number(from)?,
+        grip_slip: number(from)?,
         friction_scale: number(from)?,
     };
     let limits = from.option("joint limits", |from| {

@@ -48,7 +48,7 @@ impl AthleteBody {
             return;
         }
         let part = if self.detail == AthleteDetail::Reduced { AthleteDetail::REDUCED_RATE } else { 1.0 };
-        let (now, wanted) = (self.simulator.settings().rate, self.model().step_rate * part);
+        let (now, wanted) = (self.simulator.settings().rate, self.full_rate() * part);
         if now != wanted && self.controller.set_rate(wanted) {
             self.simulator.change_rate(wanted);
             self.clock.change_rate(now, wanted);
@@ -122,8 +122,9 @@ impl AthleteBody {
     }
 
     /// Lets the controller move on after a step; true if it changed targets.
-    pub(super) fn after_step(&mut self) -> bool {
+    pub(super) fn after_step(&mut self, terrain: &impl Terrain<f64>) -> bool {
         if let Controller::Direct { director, .. } = &mut self.controller {
+            director.sense(&mut self.simulator, terrain);
             director.after_step(&self.simulator);
         }
         self.collect_events();
@@ -165,7 +166,7 @@ impl AthleteBody {
             let touches = Touches::of(&self.simulator, &self.detector);
             let time = self.simulator.state.time;
             self.detector.observe(&mut self.simulator, 0, time, &touches, ground, &mut self.events);
-            self.after_step();
+            self.after_step(ground);
         }
     }
 

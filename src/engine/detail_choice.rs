@@ -11,8 +11,8 @@ fn rate_at(level: AthleteDetail, body: &AthleteBody) -> f64 {
     match level {
         AthleteDetail::Frozen => 0.0,
         _ if body.control_seconds().is_some() => body.simulator().settings().rate,
-        AthleteDetail::Reduced => body.model().step_rate * AthleteDetail::REDUCED_RATE,
-        AthleteDetail::Full => body.model().step_rate,
+        AthleteDetail::Reduced => body.full_rate() * AthleteDetail::REDUCED_RATE,
+        AthleteDetail::Full => body.full_rate(),
     }
 }
 

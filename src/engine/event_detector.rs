@@ -29,6 +29,7 @@ pub(super) enum BodyEvent {
     SkillEnded { time: f64, skill: String },
     SkillRefused { time: f64, skill: String, reason: NoEntry },
     Fell { time: f64, link: usize },
+    GripSlipped { time: f64, grip: usize },
     Finished { time: f64 },
     Quarantined { time: f64, reason: QuarantineReason },
 }
@@ -155,6 +156,10 @@ impl EventDetector {
                 out.push(BodyEvent::Edge { time: watch.since, blade, from: watch.told, to: watch.seen });
                 watch.told = watch.seen;
             }
+        }
+
+        for grip in (0..sim.model().grips.len()).filter(|&grip| sim.grip_slipped(grip, lane)) {
+            out.push(BodyEvent::GripSlipped { time, grip });
         }
 
         let touching = R::mask_lane(touches_now.any, lane);

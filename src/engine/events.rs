@@ -125,6 +125,17 @@ pub struct AthleteFell {
     pub link: LinkId,
 }
 
+/// A grip slipped open: what it held pulled harder than it can hold, or the solid that it held is gone.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct GripSlipped {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Index of the grip in the character.
+    pub grip: usize,
+}
+
 /// The control has been played, the skill or the program performed to its end; the last targets are held.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
 pub struct ControlFinished {

@@ -119,10 +119,9 @@ pub(super) fn step_all(due: Vec<Due>, lanes: bool, kept: &LaneSimulators) {
     }
 }
 
-/// Grips and outside forces are common to all lanes: a body that has any steps alone.
+/// Outside forces are common to all lanes: a body that has any steps alone.
 fn goes_together(due: &Due) -> bool {
-    let sim = due.body.simulator();
-    sim.external.is_empty() && sim.state.grip_anchors.iter().all(Option::is_none)
+    due.body.simulator().external.is_empty()
 }
 
 /// Whether the steps of this tick are of single precision.
@@ -203,7 +202,6 @@ impl<R: Real> Common<R> {
         for lane in 0..R::LANES {
             self.sim.put_lane(lane, group[lane.min(last)].body.simulator(), 0);
         }
-        self.sim.state.grip_anchors.fill(None);
         self.sim.forget_terrain_failures();
         for _ in 0..group[0].steps {
             self.decide(group);
@@ -225,7 +223,7 @@ impl<R: Real> Common<R> {
                 if body.looks_at_state() {
                     body.simulator.take_lane(sim, lane);
                 }
-                if body.after_step() {
+                if body.after_step(world) {
                     put_commands(sim, lane, last, body);
                 }
             }

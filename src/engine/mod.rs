@@ -69,7 +69,7 @@
 //! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`AthleteFell`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod arena;
 mod arrival;
@@ -132,7 +132,7 @@ pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused, SkillMisfit};
 pub use events::{
     AthleteFell, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished,
-    Landing, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    GripSlipped, Landing, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]

@@ -9,8 +9,9 @@ use crate::engine::{
     AthleteDiagnosticsPlugin, AthleteFell, AthleteForces, AthleteHistory, AthleteInput, AthleteLanes, AthleteLod,
     AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset,
     AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteViewer, AthleteWorld,
-    BladeEdgeChanged, ControlFinished, InArena, Landing, LinkId, LinkPoses, PerformSkill, PlaybackSpeed, Refused,
-    SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link, controller, forces, interpolation, spawn, systems,
+    BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, PerformSkill, PlaybackSpeed,
+    Refused, SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link, controller, forces, interpolation, spawn,
+    systems,
 };
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
@@ -81,6 +82,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<SkillRefused>()
             .add_message::<PerformSkill>()
             .add_message::<AthleteFell>()
+            .add_message::<GripSlipped>()
             .add_message::<ControlFinished>()
             .add_message::<AthleteQuarantined>()
             .add_message::<AthleteRefused>()

@@ -9,8 +9,8 @@ use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::{
     AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, BladeEdgeChanged,
-    BodyStatus, ControlFinished, InArena, Landing, LinkId, LinkPoses, Placement, QuarantineReason, SkillEnded,
-    SkillRefused, SkillStarted, TakeOff,
+    BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, Placement, QuarantineReason,
+    SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 use bevy::ecs::system::SystemParam;
 use bevy::platform::time::Instant;
@@ -110,6 +110,7 @@ pub(super) struct Writers<'w> {
     take_offs: MessageWriter<'w, TakeOff>,
     landings: MessageWriter<'w, Landing>,
     falls: MessageWriter<'w, AthleteFell>,
+    slips: MessageWriter<'w, GripSlipped>,
     ends: MessageWriter<'w, ControlFinished>,
     starts: MessageWriter<'w, SkillStarted>,
     skill_ends: MessageWriter<'w, SkillEnded>,
@@ -143,6 +144,9 @@ pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 }
                 BodyEvent::SkillRefused { time, skill, reason } => {
                     both(c, &mut writers.skill_refusals, SkillRefused { entity, time, skill, reason });
+                }
+                BodyEvent::GripSlipped { time, grip } => {
+                    both(c, &mut writers.slips, GripSlipped { entity, time, grip });
                 }
                 BodyEvent::Fell { time, link } => {
                     both(c, &mut writers.falls, AthleteFell { entity, time, link: LinkId::at(link) });

@@ -212,6 +212,18 @@ impl<R: Real> Sym3<R> {
             Vec3::new(self.xz, self.yz, self.zz),
         )
     }
+    /// `m + m^T`.
+    #[inline(always)]
+    pub fn sum_with_transpose(m: &Mat3<R>) -> Self {
+        Self {
+            xx: m.x.x + m.x.x,
+            yy: m.y.y + m.y.y,
+            zz: m.z.z + m.z.z,
+            xy: m.y.x + m.x.y,
+            xz: m.z.x + m.x.z,
+            yz: m.z.y + m.y.z,
+        }
+    }
     /// `a b^T`, known to be symmetric.
     #[inline(always)]
     pub fn outer(a: Vec3<R>, b: Vec3<R>) -> Self {

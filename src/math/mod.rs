@@ -7,6 +7,7 @@ mod quat;
 mod random;
 mod real;
 mod spatial;
+mod symmetric_eigen;
 mod vec3;
 
 pub use cholesky::Cholesky;
@@ -16,4 +17,5 @@ pub use quat::{Quat, half_angle_over_sine};
 pub use random::RandomStream;
 pub use real::Real;
 pub use spatial::{Force, Inertia, Mobility, Motion};
+pub use symmetric_eigen::{SymmetricEigen, symmetric_eigen};
 pub use vec3::Vec3;

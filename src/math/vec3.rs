@@ -81,6 +81,11 @@ impl<R: Real> Vec3<R> {
     pub fn mul_add(self, s: R, b: Self) -> Self {
         Self::new(self.x.mul_add(s, b.x), self.y.mul_add(s, b.y), self.z.mul_add(s, b.z))
     }
+    /// Component by component product.
+    #[inline(always)]
+    pub fn component_mul(self, b: Self) -> Self {
+        Self::new(self.x * b.x, self.y * b.y, self.z * b.z)
+    }
     /// Squared length.
     #[inline(always)]
     pub fn length_squared(self) -> R {

@@ -58,7 +58,8 @@ impl CharacterModel {
         }
         let grips = character.grips.iter().map(|grip| {
             let (link, shift) = tree.place(&grip.link);
-            Grip { name: grip.name.clone(), link, position: grip.position + shift }
+            let max_force = grip.max_force.unwrap_or(Grip::DEFAULT_FORCE);
+            Grip { name: grip.name.clone(), link, position: grip.position + shift, max_force }
         });
         let grips = grips.collect();
         let excluded = character.no_collision.iter().map(|(a, b)| (tree.place(a).0, tree.place(b).0)).collect();

@@ -183,6 +183,13 @@ pub struct Grip {
     pub link: usize,
     /// Position, link frame, m.
     pub position: DVec3,
+    /// Largest force that it can hold by, N; beyond it slips.
+    pub max_force: f64,
+}
+
+impl Grip {
+    /// What a grip holds by where the file does not say, N: a strong hand on a rung that it can close about.
+    pub const DEFAULT_FORCE: f64 = 450.0;
 }
 
 /// What a foot stands with.

@@ -213,10 +213,11 @@ impl Hash {
     }
 
     fn grip(&mut self, grip: &Grip) {
-        let Grip { name, link, position } = grip;
+        let Grip { name, link, position, max_force } = grip;
         self.text(name);
         self.count(*link);
         self.vector(*position);
+        self.number(*max_force);
     }
 }
 

@@ -16,6 +16,7 @@
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
 use crate::asset::clip_edit::other_side;
+use crate::asset::read_file::read_text;
 use crate::model::mass_path::{Flight, center_of_mass, turned};
 use crate::model::{CharacterModel, ModelPose, OptimizeRecord, Window};
 use glam::{DQuat, DVec3};
@@ -168,6 +169,9 @@ impl KeyPose {
     }
 }
 
+/// Largest file, bytes.
+const MAX_KEY_POSE_BYTES: u64 = 4 << 20;
+
 /// One row of curves: lateral place, height and turn, root rotation, then the joints; degrees and metres.
 type Row = Vec<DVec3>;
 
@@ -175,8 +179,8 @@ impl KeyPoses {
     /// Reads a file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, KeyPoseError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| KeyPoseError::Io { path: path.to_path_buf(), source })?;
+        let text = read_text(path, MAX_KEY_POSE_BYTES)
+            .map_err(|e| KeyPoseError::Io { path: path.to_path_buf(), source: e.into() })?;
         Self::from_ron(&text, path)
     }
 

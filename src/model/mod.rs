@@ -5,7 +5,10 @@ mod body_parts;
 mod bone_binding;
 mod build;
 mod character_model;
+mod find_map;
 mod fingerprint;
+mod import_check;
+mod import_motion;
 mod inverse_kinematics;
 mod key_pose_text;
 mod key_poses;
@@ -28,6 +31,9 @@ pub use character_model::{
     Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
     Link, Shape, SharedModel,
 };
+pub use find_map::{FindMapError, FoundMap, MapRow, MapWarning, RestPose, find_map, some_names};
+pub use import_check::{MotionRefusal, MotionWarning, check_motion, check_size};
+pub use import_motion::{ImportMotionError, ImportWarning, ImportedMotion, import_motion};
 pub use inverse_kinematics::{BodySize, LandmarkTarget, PoseFit, PoseSolver};
 pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};
 pub use mjcf::export_mjcf;

@@ -1,6 +1,6 @@
 //! BVH motion onto a character, as a [`JointMap`] says.
 
-use super::CharacterModel;
+use super::{CharacterModel, some_names};
 use crate::asset::bvh::{Bvh, BvhTransform};
 use crate::asset::clip::{ClipError, MotionClip, Pose};
 use crate::asset::joint_map::{Fit, JointMap, LinkMap, MapError, RootAnchor};
@@ -17,11 +17,15 @@ pub enum ImportError {
     /// The resulting clip is invalid.
     #[error(transparent)]
     Clip(#[from] ClipError),
-    /// A joint of the file is not in the map.
-    #[error("joint `{joint}` of the file is not in joint map `{map}`; map it or list it under `ignored`")]
-    UnmappedJoint {
-        /// The joint.
-        joint: String,
+    /// Joints of the file are not in the map.
+    #[error(
+        "{} of the file not in joint map `{map}`: {}; map them or list them under `ignored` (docs/motions.md, \"BVH and joint maps\")",
+        if joints.len() == 1 { "1 joint is".into() } else { format!("{} joints are", joints.len()) },
+        joints.join(", ")
+    )]
+    UnmappedJoints {
+        /// All of them.
+        joints: Vec<String>,
         /// The map.
         map: String,
     },
@@ -168,7 +172,7 @@ impl Importer<'_> {
     fn joint(&self, name: &str) -> Result<usize, ImportError> {
         self.bvh.joint_index(name).ok_or_else(|| {
             let found: Vec<&str> = self.bvh.joints().iter().map(|j| j.name.as_str()).collect();
-            ImportError::MissingJoint { map: self.map.name.clone(), joint: name.into(), found: found.join(", ") }
+            ImportError::MissingJoint { map: self.map.name.clone(), joint: name.into(), found: some_names(&found) }
         })
     }
 
@@ -192,11 +196,10 @@ impl Importer<'_> {
 
     /// For each link of the character, what it follows.
     fn followers(&self) -> Result<Vec<Option<Follower>>, ImportError> {
-        for joint in self.bvh.joints() {
-            if !self.map.knows(&joint.name) {
-                let (joint, map) = (joint.name.clone(), self.map.name.clone());
-                return Err(ImportError::UnmappedJoint { joint, map });
-            }
+        let unmapped = self.bvh.joints().iter().filter(|joint| !self.map.knows(&joint.name));
+        let joints: Vec<String> = unmapped.map(|joint| joint.name.clone()).collect();
+        if !joints.is_empty() {
+            return Err(ImportError::UnmappedJoints { joints, map: self.map.name.clone() });
         }
         let mut followers: Vec<Option<Follower>> = self.model.links.iter().map(|_| None).collect();
         for (index, entry) in self.map.entries().enumerate() {

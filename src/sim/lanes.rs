@@ -1,7 +1,7 @@
 //! Characters in and out of the lanes of a common simulator.
 //!
 //! A lane of an unfused type has the bits of a scalar simulator of its precision, so characters of one model may step
-//! together or alone as it pays. Time, settings, grips and outside forces are common to all lanes; who steps characters
+//! together or alone as it pays. Time, settings and outside forces are common to all lanes; who steps characters
 //! together sees to it that they agree.
 
 use crate::contact::BladeContact;
@@ -10,7 +10,7 @@ use crate::math::{Real, Vec3};
 use crate::sim::Simulator;
 
 impl<R: Real> Simulator<R> {
-    /// Puts lane `from` of another simulator of the same model into lane `to`: state (without time and grip anchors),
+    /// Puts lane `from` of another simulator of the same model into lane `to`: state (without time),
     /// commands and the factor on friction.
     pub fn put_lane<S: Real>(&mut self, to: usize, other: &Simulator<S>, from: usize) {
         self.state.copy_lane(to, &other.state, from);
@@ -38,7 +38,7 @@ impl<R: Real> Simulator<R> {
     }
 
     /// Takes over into every lane what a step changed in lane `from` of another simulator of the same model: the state
-    /// (without time and grip anchors), and what is told of the last step (blades, torques, forces of contact).
+    /// (without time), and what is told of the last step (blades, torques, forces of contact).
     pub fn take_lane<S: Real>(&mut self, other: &Simulator<S>, from: usize) {
         for to in 0..R::LANES {
             self.state.copy_lane(to, &other.state, from);
@@ -46,7 +46,11 @@ impl<R: Real> Simulator<R> {
         let vector = |v: Vec3<S>| Vec3::<R>::splat(v.lane(from));
         let number = |v: S| R::splat(v.lane(from));
         for (mine, theirs) in self.servos.iter_mut().zip(&other.servos).skip(1) {
-            *mine = ServoOutput { torque: vector(theirs.torque), implicit: number(theirs.implicit) };
+            *mine = ServoOutput {
+                torque: vector(theirs.torque),
+                implicit: number(theirs.implicit),
+                beyond: theirs.beyond.map(vector),
+            };
         }
         for (mine, theirs) in self.joint_accelerations.iter_mut().zip(&other.joint_accelerations).skip(1) {
             *mine = vector(*theirs);

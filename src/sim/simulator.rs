@@ -1,13 +1,13 @@
 //! The simulator: model, state, commands and work space of one character or one batch of lanes.
 
 use crate::contact::{
-    BladeEdge, ContactScratch, ContactSettings, RowInputs, SelfCollision, SelfCollisionSettings, Terrain, build_rows,
-    detect_contacts, solve_contacts,
+    BladeEdge, ContactScratch, ContactSettings, GripInputs, RowInputs, SelfCollision, SelfCollisionSettings, Terrain,
+    build_rows, detect_contacts, solve_contacts,
 };
 use crate::dynamics::{
-    ArticulatedLink, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput, State, Totals,
-    articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals, update_positions,
-    update_twists, update_velocities,
+    ArticulatedLink, GripAnchor, JointCommand, LimitSpring, LinkConstants, LinkKinematics, Momentum, ServoOutput,
+    State, Totals, articulated_inertias, correct_root, forward_accelerations, integrate, momentum, servo, totals,
+    update_positions, update_twists, update_velocities,
 };
 use crate::math::{Force, Mobility, Motion, Quat, Real, Vec3};
 use crate::model::{Blade, SharedModel};
@@ -169,6 +169,11 @@ impl<R: Real> Simulator<R> {
         self.state.root_position + self.body.com
     }
 
+    /// Centre of mass relative to the root, world axes, m; of a simulator whose kinematics are up to date.
+    pub(crate) fn com_from_root(&self) -> Vec3<R> {
+        self.body.com
+    }
+
     /// Momentum of the present state.
     pub fn total_momentum(&mut self) -> Momentum<R> {
         self.refresh_kinematics();
@@ -193,10 +198,11 @@ impl<R: Real> Simulator<R> {
         &self.constants
     }
 
-    /// Servo torque of the last step on each link from its joint, child axes, N m (the implicit part included).
+    /// Torque of the last step on link `link` from its joint, child axes, N m: servo, extra torque and limit spring, the implicit
+    /// parts included. What is known before the step is within the joint's `max_torque`; in a jolt the implicit damping may go beyond
+    /// it for a step.
     pub fn joint_torque(&self, link: usize) -> Vec3<R> {
-        let s = &self.servos[link];
-        s.torque - self.joint_accelerations[link] * s.implicit
+        self.servos[link].torque_at(self.joint_accelerations[link])
     }
 
     /// The toe and the heel end of a blade, world axes, relative to the root, m.
@@ -224,6 +230,38 @@ impl<R: Real> Simulator<R> {
     /// Force of the last step on the link of contact point `point`, world axes, N; zero when apart.
     pub fn contact_force(&self, point: usize, lane: usize) -> DVec3 {
         self.state.contact_impulses[point].lane(lane) * self.settings.rate
+    }
+
+    /// Where grip number `grip` is in lane `lane`, world frame, m; `None` for a number that the character does not have.
+    pub fn grip_position(&mut self, grip: usize, lane: usize) -> Option<DVec3> {
+        let (link, position) = self.model.grips.get(grip).map(|g| (g.link, g.position))?;
+        self.refresh_kinematics();
+        let k = &self.kinematics[link];
+        Some(self.state.root_position.lane(lane) + k.origin.lane(lane) + k.rotation.lane(lane) * position)
+    }
+
+    /// Closes grip number `grip` of lane `lane` about `anchor`. It holds from the next step on by up to the `max_force` of the grip;
+    /// where the anchor lies on a surface that a hand cannot close about, it only pushes and rubs (see
+    /// [`SurfaceHit::grippable`](crate::contact::SurfaceHit::grippable)). A hand that is away from its anchor is drawn to it gently. A number that the character does not have
+    /// is ignored.
+    pub fn hold(&mut self, grip: usize, lane: usize, anchor: GripAnchor) {
+        self.state.hold(grip, lane, anchor);
+    }
+
+    /// Opens grip number `grip` of lane `lane`.
+    pub fn release(&mut self, grip: usize, lane: usize) {
+        self.state.release(grip, lane);
+    }
+
+    /// Force of the last step on the link of grip number `grip`, world axes, N; zero where it is open.
+    pub fn grip_force(&self, grip: usize, lane: usize) -> DVec3 {
+        self.state.grip_impulses.get(grip).map_or(DVec3::ZERO, |impulse| impulse.lane(lane) * self.settings.rate)
+    }
+
+    /// Whether grip number `grip` of lane `lane` slipped open in the last step: what it held pulled harder than it can hold for
+    /// longer than `grip_slip`, or the solid that it held is gone.
+    pub fn grip_slipped(&self, grip: usize, lane: usize) -> bool {
+        self.contact.grip_probes.get(grip).is_some_and(|probe| R::mask_lane(probe.slipped, lane))
     }
 
     /// Number of contact points that carried load in the last step in lane `lane`.
@@ -315,8 +353,9 @@ impl<R: Real> Simulator<R> {
             &self.kinematics,
             self.state.root_position,
             terrain,
-            self.settings.contact.margin,
-            &self.state.grip_anchors,
+            &self.settings.contact,
+            1.0 / self.settings.rate,
+            GripInputs { states: &mut self.state.grips, impulses: &mut self.state.grip_impulses },
             &mut self.contact,
         );
         if !any {
@@ -337,11 +376,8 @@ impl<R: Real> Simulator<R> {
         self.predict_velocities();
         let inputs = RowInputs {
             model: &self.model,
-            kinematics: &self.kinematics,
-            root_position: self.state.root_position,
             settings: &self.settings.contact,
             friction_scale: self.friction_scale,
-            grip_anchors: &self.state.grip_anchors,
             warm_points: &self.state.contact_impulses,
             warm_grips: &self.state.grip_impulses,
             h: 1.0 / self.settings.rate,

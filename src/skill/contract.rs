@@ -2,20 +2,16 @@
 
 use crate::asset::policy_contract::{ContractError, PolicyContract};
 use crate::asset::policy_fit::PolicyUse;
-use crate::control::tracking::ObservationLayout;
 #[cfg(feature = "policy")]
 use crate::control::{Policy, PolicyError};
 use crate::model::CharacterModel;
 use crate::skill::SkillDefinition;
 
-/// How long a motion that repeats is tried where nothing else is said, s.
-const CYCLIC_SECONDS: f64 = 20.0;
-
 impl SkillDefinition {
     /// What a policy would be shown and told where this skill is played on a body.
     pub fn policy_use(&self, model: &CharacterModel) -> PolicyUse {
         PolicyUse {
-            observation: ObservationLayout::of(model).blocks,
+            observation: self.layout(model).blocks,
             links: model.links.iter().skip(1).map(|link| link.name.clone()).collect(),
             action_scale: self.action_scale,
             control_rate: self.control_rate,
@@ -33,7 +29,7 @@ impl SkillDefinition {
     }
 
     /// The skill that a contract describes: its own settings, or, where there are none, a motion that is imitated alone with the
-    /// contract's numbers, on ice by a body with blades, on the ground by others; of a motion that repeats, for 20 s. The motion is
+    /// contract's numbers, on ice by a body with blades, on the ground by others. The motion is
     /// the contract's reference, a file in the policy's folder.
     pub fn of_contract(contract: &PolicyContract, model: &CharacterModel) -> Result<Self, ContractError> {
         let motion = &contract.reference.file;
@@ -43,9 +39,8 @@ impl SkillDefinition {
         }
         let world = if model.blades.is_empty() { "ground" } else { "ice" };
         let mut skill = Self::imitate_alone(&contract.skill, &contract.character, motion, world);
-        skill.cyclic = contract.reference.cyclic;
-        if skill.cyclic {
-            (skill.episode.seconds, skill.trial.seconds) = (CYCLIC_SECONDS, CYCLIC_SECONDS);
+        if contract.reference.cyclic {
+            skill.repeat(false);
         }
         skill.control_rate = contract.control_rate;
         skill.action_scale = contract.action.scale;

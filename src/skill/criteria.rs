@@ -76,6 +76,30 @@ pub enum Criterion {
         /// Time, s.
         seconds: f64,
     },
+    /// The body stays near its reference throughout: the root within a distance and an angle of it, and the joints by their mean over
+    /// the whole trial.
+    Follows {
+        /// Largest distance of the root, m.
+        root: f64,
+        /// Largest angle of the root, degrees.
+        #[serde(default = "one_radian")]
+        turn: f64,
+        /// Mean angle of the joints, degrees.
+        joints: f64,
+    },
+    /// The root gets to at least `ahead` from where it began (along -Z of the motion's world, m), and never further to a side than
+    /// `aside` (m): across an obstacle, between walls.
+    Crosses {
+        /// Way ahead, m.
+        ahead: f64,
+        /// To the side at most, m.
+        aside: f64,
+    },
+    /// The way faced in the end is within so many degrees of that in the beginning.
+    KeepsHeading {
+        /// Degrees.
+        within: f64,
+    },
     /// A jump.
     Jumps {
         /// The foot that leaves the ice last.
@@ -115,6 +139,10 @@ pub struct Flight {
     pub turns: f64,
     /// Rise of the root above where it left the ice, m.
     pub height: f64,
+}
+
+fn one_radian() -> f64 {
+    57.3
 }
 
 fn angle_between(a: glam::DVec3, b: glam::DVec3) -> f64 {
@@ -177,7 +205,7 @@ pub fn crossings(samples: &[PerformanceSample]) -> usize {
     let (mut count, mut crossed) = (0, false);
     for sample in samples {
         let right = sample.facing().cross(glam::DVec3::Y);
-        let apart = (sample.blades[1].middle() - sample.blades[0].middle()).dot(right);
+        let apart = (sample.feet[1].middle() - sample.feet[0].middle()).dot(right);
         if !crossed && apart < -0.02 {
             (count, crossed) = (count + 1, true);
         } else if apart > 0.05 {
@@ -192,7 +220,7 @@ pub fn crossings(samples: &[PerformanceSample]) -> usize {
 fn way_along(samples: &[PerformanceSample], foot: Side) -> Option<f64> {
     let (mut along, mut all) = (0.0, 0.0);
     for sample in samples {
-        along += sample.velocity().dot(sample.blade(foot).ahead());
+        along += sample.velocity().dot(sample.foot(foot).ahead());
         all += sample.speed();
     }
     (all > SLOW * samples.len() as f64).then(|| along / all)
@@ -223,8 +251,24 @@ impl Criterion {
             Criterion::OneFoot { .. } => "OneFoot",
             Criterion::Turns { .. } => "Turns",
             Criterion::Glides { .. } => "Glides",
+            Criterion::Follows { .. } => "Follows",
+            Criterion::Crosses { .. } => "Crosses",
+            Criterion::KeepsHeading { .. } => "KeepsHeading",
             Criterion::Jumps { .. } => "Jumps",
         }
+    }
+
+    /// Whether it is about feet.
+    pub fn needs_feet(&self) -> bool {
+        !matches!(
+            self,
+            Self::KeptSpeed { .. }
+                | Self::Circles { .. }
+                | Self::Travels { .. }
+                | Self::Follows { .. }
+                | Self::Crosses { .. }
+                | Self::KeepsHeading { .. }
+        )
     }
 
     /// Whether a whole trial meets it.
@@ -270,20 +314,20 @@ impl Criterion {
             }
             Criterion::OneFoot { foot } => {
                 for s in settled {
-                    if s.blade(foot).gap() > LIFT {
+                    if s.foot(foot).gap() > LIFT {
                         return Err(Shortfall {
                             condition: "standing foot down",
                             found: format!("off at {:.2} s", s.time),
                         });
                     }
-                    if s.blade(foot.other()).pressed {
+                    if s.foot(foot.other()).pressed {
                         return Err(Shortfall { condition: "free foot up", found: format!("down at {:.2} s", s.time) });
                     }
                 }
             }
             Criterion::Turns { foot, to } => {
                 let turned: f64 =
-                    samples.windows(2).map(|w| angle_between(w[0].blade(foot).ahead(), w[1].blade(foot).ahead())).sum();
+                    samples.windows(2).map(|w| angle_between(w[0].foot(foot).ahead(), w[1].foot(foot).ahead())).sum();
                 if (turned.abs().to_degrees() - 180.0).abs() > 60.0 {
                     return fail(format!("turned by {:.0} degrees", turned.to_degrees()));
                 }
@@ -296,14 +340,46 @@ impl Criterion {
             }
             Criterion::Glides { foot, way, seconds } => {
                 let last = part(samples, end - seconds, end);
-                if end < seconds || last.iter().any(|s| s.blade(foot.other()).pressed) {
+                if end < seconds || last.iter().any(|s| s.foot(foot.other()).pressed) {
                     return fail("the other foot is on the ice".into());
                 }
-                if last.iter().any(|s| s.blade(foot).gap() > LIFT) {
+                if last.iter().any(|s| s.foot(foot).gap() > LIFT) {
                     return fail("the foot is off the ice".into());
                 }
                 if way_along(last, foot).is_some_and(|along| !goes(way, along)) {
                     return fail(format!("does not travel {way:?}"));
+                }
+            }
+            Criterion::Follows { root, turn, joints } => {
+                let (mut sum, mut count) = (0.0, 0);
+                for (time, error) in samples.iter().filter_map(|s| Some((s.time, s.error?))) {
+                    if error.root > root {
+                        return fail(format!("{:.2} m away at {time:.2} s", error.root));
+                    }
+                    if error.root_angle.to_degrees() > turn {
+                        return fail(format!("turned by {:.0} degrees at {time:.2} s", error.root_angle.to_degrees()));
+                    }
+                    (sum, count) = (sum + error.joints.to_degrees(), count + 1);
+                }
+                let mean = sum / f64::from(count.max(1));
+                if count == 0 || mean > joints {
+                    return fail(format!("joints off by {mean:.1} degrees"));
+                }
+            }
+            Criterion::Crosses { ahead, aside } => {
+                let start = samples[0].root_position;
+                if let Some(s) = samples.iter().find(|s| (s.root_position.x - start.x).abs() > aside) {
+                    return fail(format!("beside the course at {:.2} s", s.time));
+                }
+                let way = start.z - samples[samples.len() - 1].root_position.z;
+                if way < ahead {
+                    return fail(format!("{way:.2} m ahead"));
+                }
+            }
+            Criterion::KeepsHeading { within } => {
+                let turned = angle_between(samples[0].facing(), samples[samples.len() - 1].facing()).to_degrees();
+                if turned.abs() > within {
+                    return fail(format!("turned by {turned:.0} degrees"));
                 }
             }
             Criterion::Jumps { from, way, inside, air_time, turns, to } => {
@@ -322,7 +398,7 @@ impl Criterion {
                     return fail("takes off from the other foot, or from both".into());
                 }
                 // On its edge: the last quarter of a second in which the whole blade was down.
-                let edge: Vec<f64> = before.iter().rev().filter_map(|s| s.blade(from).lean).take(30).collect();
+                let edge: Vec<f64> = before.iter().rev().filter_map(|s| s.foot(from).lean).take(30).collect();
                 let lean = edge.iter().sum::<f64>() / edge.len().max(1) as f64;
                 if edge.is_empty() || (lean > 0.0) != inside {
                     return fail(format!("leaves on the other edge ({:.0} degrees)", lean.to_degrees()));
@@ -331,7 +407,7 @@ impl Criterion {
                 if way_along(entry, from).is_some_and(|along| !goes(way, along)) {
                     return fail(format!("does not come {way:?}"));
                 }
-                let landing = settled.get(flight.to).map(|s| s.blades.map(|b| b.pressed));
+                let landing = settled.get(flight.to).map(|s| s.feet.map(|b| b.pressed));
                 if landing.is_none_or(|feet| !feet[side_index(to)] || feet[side_index(to.other())]) {
                     return fail("lands on the other foot, or on both".into());
                 }

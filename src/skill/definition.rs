@@ -2,10 +2,13 @@
 
 mod trial;
 
+use crate::asset::read_file::read_text;
+use crate::control::terms::ObservationTerm;
+use crate::model::PointRole;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-pub use trial::{TrialOptions, TrialRow};
+pub use trial::{PELVIS, TrialOptions, TrialRow};
 
 /// An interval from which numbers are drawn evenly.
 pub type Range = (f64, f64);
@@ -32,6 +35,24 @@ pub struct SkillDefinition {
     /// A motion that repeats keeps its heading from cycle to cycle.
     #[serde(default)]
     pub straight: bool,
+    /// Parameters, drawn for each trial.
+    #[serde(default)]
+    pub parameters: Vec<SkillParameter>,
+    /// Obstacles: a `.course.ron` file, relative to this file. Its parameters are those of the skill with the same names.
+    #[serde(default)]
+    pub course: Option<PathBuf>,
+    /// How parameters move the reference.
+    #[serde(default)]
+    pub warps: Vec<SkillWarp>,
+    /// What the policy sees; [`ObservationTerm::STANDARD`] by default.
+    #[serde(default)]
+    pub observation: Option<Vec<ObservationTerm>>,
+    /// What it sees besides.
+    #[serde(default)]
+    pub observe: Vec<ObservationTerm>,
+    /// What may touch the world besides feet.
+    #[serde(default)]
+    pub touch: TouchOptions,
     /// How long the last pose of a motion that ends is held, s.
     #[serde(default)]
     pub hold: f64,
@@ -75,6 +96,49 @@ fn thirty() -> f64 {
 }
 fn action_scale() -> f64 {
     0.3
+}
+
+/// A named number of a skill, such as the height of its obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkillParameter {
+    /// Its name.
+    pub name: String,
+    /// From where to where it is drawn, in its unit.
+    pub range: Range,
+}
+
+/// How a parameter moves the reference: see [`Warp`](crate::control::tracking::Warp).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkillWarp {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Its value in the motion as it is.
+    pub neutral: f64,
+    /// Which way the reference is moved by what the parameter is more.
+    pub direction: WarpDirection,
+    /// Times (s) and factors.
+    pub profile: Vec<(f64, f64)>,
+}
+
+/// A direction in the motion's own world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WarpDirection {
+    /// Up.
+    Up,
+    /// Ahead, -Z.
+    Ahead,
+}
+
+/// What may touch the world besides feet without counting as a fall.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TouchOptions {
+    /// Roles of contact points, such as `[Hand]`.
+    pub roles: Vec<PointRole>,
+    /// Points that the motion itself brings to the ground.
+    pub as_motion: bool,
 }
 
 /// What is drawn at random for a trial.
@@ -255,6 +319,8 @@ pub enum SkillError {
     },
 }
 
+/// Largest file of a skill, bytes.
+const MAX_SKILL_BYTES: u64 = 1 << 20;
 /// Two numbers as they stand in a file.
 fn shown(pair: Option<(f64, f64)>) -> String {
     pair.map_or_else(|| "none".into(), |(a, b)| format!("({a}, {b})"))
@@ -271,6 +337,12 @@ impl SkillDefinition {
             window: None,
             cyclic: false,
             straight: false,
+            parameters: Vec::new(),
+            course: None,
+            warps: Vec::new(),
+            observation: None,
+            observe: Vec::new(),
+            touch: TouchOptions::default(),
             hold: 0.0,
             after: Vec::new(),
             control_rate: thirty(),
@@ -296,17 +368,28 @@ impl SkillDefinition {
         (episode.joint_noise, trial.joint_noise) = (0.02, 0.02);
         (episode.velocity_noise, trial.velocity_noise) = (0.02, 0.02);
         (episode.joint_velocity_noise, trial.joint_velocity_noise) = (0.1, 0.1);
+        // A roll lands on its back, a get-up begins on it.
+        skill.touch.as_motion = true;
+        trial.pelvis = None;
         skill
+    }
+
+    /// Makes the motion of [`SkillDefinition::imitate_alone`] one that repeats, followed on a leash; `straight` keeps its heading from
+    /// cycle to cycle.
+    pub fn repeat(&mut self, straight: bool) {
+        (self.cyclic, self.straight, self.leash) = (true, straight, Some(0.3));
+        (self.episode.seconds, self.trial.seconds) = (10.0, 20.0);
     }
 
     /// Reads a file; the motion's path is made relative to the working folder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SkillError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SkillError::Io { path: path.to_path_buf(), source })?;
+        let text = read_text(path, MAX_SKILL_BYTES)
+            .map_err(|e| SkillError::Io { path: path.to_path_buf(), source: e.into() })?;
         let mut skill = Self::from_ron(&text, path)?;
         if let Some(folder) = path.parent() {
             skill.motion = folder.join(&skill.motion);
+            skill.course = skill.course.map(|course| folder.join(course));
             for other in &mut skill.after {
                 *other = folder.join(&*other);
             }
@@ -408,9 +491,67 @@ impl SkillDefinition {
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {
             return bad("trial.rows", format!("the name `{}`", row.name), "a name used once");
         }
-        if !(t.pelvis.is_finite() && t.pelvis >= 0.0) {
-            return bad("trial.pelvis", t.pelvis.to_string(), "0 m or more");
+        if let Some(pelvis) = t.pelvis.filter(|p| !(p.is_finite() && *p >= 0.0)) {
+            return bad("trial.pelvis", pelvis.to_string(), "0 m or more");
+        }
+        self.validate_parameters()
+    }
+
+    /// Whether parameters, warps and terms fit together.
+    fn validate_parameters(&self) -> Result<(), SkillError> {
+        let bad = |field, found: String, valid: &str| {
+            Err(SkillError::Value { name: self.name.clone(), field, found, valid: valid.into() })
+        };
+        let mut names = std::collections::BTreeSet::new();
+        for p in &self.parameters {
+            let (low, high) = p.range;
+            if p.name.trim().is_empty() || !names.insert(p.name.as_str()) {
+                return bad("parameters", format!("the name `{}`", p.name), "a name used once");
+            }
+            if !(low.is_finite() && high.is_finite() && low <= high) {
+                return bad("parameters", format!("{} from {low} to {high}", p.name), "two numbers in order");
+            }
+        }
+        for warp in &self.warps {
+            if !names.contains(warp.parameter.as_str()) {
+                return bad("warps", format!("the parameter `{}`", warp.parameter), "the name of a parameter");
+            }
+            let ascending = warp.profile.windows(2).all(|w| w[0].0 < w[1].0);
+            let finite = warp.profile.iter().all(|(t, f)| t.is_finite() && f.is_finite()) && warp.neutral.is_finite();
+            if warp.profile.is_empty() || !ascending || !finite {
+                return bad(
+                    "warps",
+                    format!("the profile {:?}", warp.profile),
+                    "finite points with ascending times, s",
+                );
+            }
+        }
+        let terms = self.terms();
+        if let Some(d) = terms.iter().flat_map(ObservationTerm::heights_ahead).find(|d| !(-10.0..=50.0).contains(*d)) {
+            return bad("observe", format!("a distance of {d} m"), "-10 to 50 m");
+        }
+        let mut names = std::collections::BTreeSet::new();
+        if let Some(term) = terms.iter().find(|t| !names.insert(t.name())) {
+            return bad("observe", format!("the term {} twice", term.name()), "every term once");
+        }
+        if terms.is_empty() {
+            return bad("observation", "empty".into(), "at least one term");
         }
         Ok(())
+    }
+
+    /// All terms of the observation, in order.
+    pub fn terms(&self) -> Vec<ObservationTerm> {
+        let first = self.observation.as_deref().unwrap_or(&ObservationTerm::STANDARD);
+        first.iter().chain(&self.observe).cloned().collect()
+    }
+
+    /// The values of the parameters from -1 to 1 over their ranges, as a policy sees them.
+    pub fn normalise(&self, values: &[f64]) -> Vec<f64> {
+        let one = |(value, p): (&f64, &SkillParameter)| {
+            let (low, high) = p.range;
+            if high > low { (2.0 * value - low - high) / (high - low) } else { 0.0 }
+        };
+        values.iter().zip(&self.parameters).map(one).collect()
     }
 }

@@ -30,16 +30,16 @@ pub use criteria::{
     Criterion, Flight, LIFT, SETTLE, SHORTEST_FLIGHT, Shortfall, Way, crossings, flights, strokes, yaw_over,
 };
 pub use definition::{
-    EpisodeOptions, PushOptions, Range, RewardScales, SkillDefinition, SkillError, TerminationLimits, TrialOptions,
-    TrialRow,
+    EpisodeOptions, PELVIS, PushOptions, Range, RewardScales, SkillDefinition, SkillError, SkillParameter, SkillWarp,
+    TerminationLimits, TouchOptions, TrialOptions, TrialRow, WarpDirection,
 };
 #[cfg(feature = "policy")]
 pub use director::{Director, DirectorEvent, DirectorInput};
 pub use disturb::Disturbance;
 #[cfg(feature = "policy")]
 pub use graph::{Entry, GraphError, GraphSkill, NoEntry, SkillGraph};
-pub use performance::{BladeSample, PerformanceSample, Watcher, blade_pair};
-pub use prepare::forbidden_points;
+pub use performance::{FootSample, PerformanceRecorder, PerformanceSample, blade_pair};
+pub use prepare::{fitting_rate, forbidden_points};
 #[cfg(feature = "policy")]
 pub use program::{ProgramDefinition, ProgramElement, ProgramError};
 #[cfg(feature = "engine")]

@@ -1,22 +1,37 @@
 //! From a skill's description and its clip to a motion that can be followed.
 
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::control::tracking::{TrackedMotion, TrackerOptions};
-use crate::model::{CharacterModel, ContactPoint, PointRole};
-use crate::skill::SkillDefinition;
+use crate::control::terms::ObservationLayout;
+use crate::control::tracking::{STANDS, TICK_PARTS, TrackedMotion, TrackerOptions, Warp};
+use crate::model::{CharacterModel, PointRole};
+use crate::skill::{SkillDefinition, TouchOptions, WarpDirection};
+use glam::DVec3;
 
 impl SkillDefinition {
     /// The motion, tick by tick: the skill's part of a clip, lifted clear of the ground, repeated or held at its end.
     pub fn prepare_motion(&self, clip: &MotionClip, model: &CharacterModel) -> Result<TrackedMotion, ClipError> {
+        // Over a course, the ground of the clip is not where its lowest point is.
+        let lifted = if self.course.is_some() { clip.clone() } else { clip.lifted_clear(model)?.0 };
         let part = match self.window {
-            Some((from, to)) => clip.lifted_clear(model)?.0.cut(from, to)?,
-            None => clip.lifted_clear(model)?.0,
+            Some((from, to)) => lifted.cut(from, to)?,
+            None => lifted,
         };
-        if self.cyclic {
-            TrackedMotion::cyclic(&part, model, self.control_rate, self.straight)
+        let motion = if self.cyclic {
+            TrackedMotion::cyclic(&part, model, self.control_rate, self.straight)?
         } else {
-            TrackedMotion::once(&part, model, self.control_rate, self.hold)
-        }
+            TrackedMotion::once(&part, model, self.control_rate, self.hold)?
+        };
+        let warps = self.warps.iter().filter_map(|warp| {
+            let parameter = self.parameters.iter().position(|p| p.name == warp.parameter)?;
+            let direction = match warp.direction {
+                WarpDirection::Up => DVec3::Y,
+                WarpDirection::Ahead => DVec3::NEG_Z,
+            };
+            let ticks = motion.last() + 1;
+            Some(Warp::new(parameter, warp.neutral, direction, &warp.profile, ticks, self.control_rate))
+        });
+        let warps = warps.collect();
+        Ok(motion.with_warps(warps))
     }
 
     /// How it is followed.
@@ -28,10 +43,48 @@ impl SkillDefinition {
             ..TrackerOptions::default()
         }
     }
+
+    /// What its policy sees of a character.
+    pub fn layout(&self, model: &CharacterModel) -> ObservationLayout {
+        ObservationLayout::from_terms(model, &self.terms(), self.parameters.len())
+    }
+
+    /// Steps per second at which a character performs it: the rate nearest to its own that is a multiple of the decisions and of the
+    /// [`TICK_PARTS`] in which targets move.
+    pub fn simulation_rate(&self, model: &CharacterModel) -> f64 {
+        fitting_rate(model.step_rate, self.control_rate)
+    }
 }
 
-/// Contact points that do not belong to a foot or a blade: an athlete that stands on one of them has fallen.
+/// The rate nearest to `rate` (steps per second) that has a whole number of steps in each part of a decision.
+pub fn fitting_rate(rate: f64, control_rate: f64) -> f64 {
+    let unit = control_rate * TICK_PARTS as f64;
+    (rate / unit).round().max(1.0) * unit
+}
+
+/// Contact points that must not touch anything: those of no foot, and of no role that is allowed. An athlete that stands on one of them
+/// has fallen.
 pub fn forbidden_points(model: &CharacterModel) -> Vec<usize> {
-    let on_a_foot = |p: &ContactPoint| p.role == PointRole::Foot;
-    (0..model.contact_points.len()).filter(|&p| !on_a_foot(&model.contact_points[p])).collect()
+    let on_a_foot = |p: &usize| model.contact_points[*p].role == PointRole::Foot;
+    (0..model.contact_points.len()).filter(|p| !on_a_foot(p)).collect()
+}
+
+impl TouchOptions {
+    /// [`forbidden_points`] without those that are allowed to touch, where the motion is the reference.
+    pub fn forbidden_points(&self, model: &CharacterModel, motion: &TrackedMotion) -> Vec<usize> {
+        let mut forbidden = forbidden_points(model);
+        forbidden.retain(|&p| !self.roles.contains(&model.contact_points[p].role));
+        if self.as_motion {
+            let mut places = Vec::with_capacity(model.links.len());
+            for tick in (0..=motion.last()).map(|k| motion.tick(k)) {
+                tick.pose.link_transforms(model, &mut places);
+                forbidden.retain(|&p| {
+                    let point = &model.contact_points[p];
+                    let place = places[point.link].position + places[point.link].rotation * point.position;
+                    place.y - point.radius - tick.support > STANDS
+                });
+            }
+        }
+        forbidden
+    }
 }

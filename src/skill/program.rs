@@ -1,5 +1,6 @@
 //! Program files: one skill after the other.
 
+use crate::asset::read_file::read_text;
 use crate::skill::GraphError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -76,11 +77,15 @@ pub enum ProgramError {
     },
 }
 
+/// Largest file of a program, bytes.
+const MAX_PROGRAM_BYTES: u64 = 1 << 20;
+
 impl ProgramDefinition {
     /// Reads a file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ProgramError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| ProgramError::Io { path: path.into(), source })?;
+        let text =
+            read_text(path, MAX_PROGRAM_BYTES).map_err(|e| ProgramError::Io { path: path.into(), source: e.into() })?;
         Self::from_ron(&text, path)
     }
 

@@ -2,8 +2,10 @@
 
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{StateError, StateReader, StateWriter};
+use crate::contact::Terrain;
 use crate::control::tracking::{
-    AllLanes, Heading, PolicyMirror, SeenBody, TICK_PARTS, TrackedMotion, Tracker, mirror_links,
+    AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, Support, TICK_PARTS, TrackedMotion, Tracker,
+    mirror_links,
 };
 use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
@@ -38,6 +40,8 @@ pub struct TrainedSkill {
     pub definition: SkillDefinition,
     /// The motion, tick by tick.
     pub motion: Arc<TrackedMotion>,
+    /// What the policy sees.
+    pub layout: Arc<ObservationLayout>,
     /// The policy.
     pub policy: Policy,
     /// Set where the skill is performed to the other side than it was learnt.
@@ -54,8 +58,9 @@ impl TrainedSkill {
     ) -> Result<Self, TrainedSkillError> {
         definition.validate()?;
         definition.check_policy(&policy, model)?;
+        let layout = definition.layout(model);
         let motion = Arc::new(definition.prepare_motion(clip, model)?);
-        Ok(Self { definition, motion, policy, mirror: None })
+        Ok(Self { definition, motion, layout: Arc::new(layout), policy, mirror: None })
     }
 
     /// The same skill to the other side, called `NAME_mirrored`: the motion's image, and a policy that sees the image of
@@ -66,9 +71,9 @@ impl TrainedSkill {
             Some(name) => name.into(),
             None => definition.name + MIRRORED,
         };
-        let mirror = self.mirror.is_none().then(|| Arc::new(PolicyMirror::of(model)));
+        let mirror = self.mirror.is_none().then(|| Arc::new(PolicyMirror::new(model, &self.layout)));
         let motion = Arc::new(self.motion.mirrored(&mirror_links(model)));
-        Self { definition, motion, policy: self.policy.clone(), mirror }
+        Self { definition, motion, layout: self.layout.clone(), policy: self.policy.clone(), mirror }
     }
 
     /// Last tick at which it may be entered, see [`ENTRY`].
@@ -113,7 +118,7 @@ impl SkillPlayer {
     /// of [`TICK_PARTS`] times the decisions per second.
     pub fn new(skill: Arc<TrainedSkill>, rate: f64) -> Option<Self> {
         let steps_per_part = steps_per_part(&skill, rate)?;
-        let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options());
+        let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options(), skill.layout.clone());
         let inputs = skill.policy.contract().observation_size();
         Some(Self {
             tracker,
@@ -213,6 +218,28 @@ impl SkillPlayer {
     /// Turns the way by so much, rad/s, positive to the left.
     pub fn set_steering(&mut self, rate: f64) {
         self.steering = rate;
+    }
+
+    /// What carries the body.
+    pub fn support(&self) -> Support<f64> {
+        *self.tracker.support()
+    }
+    /// Tells it what carries the body, before it begins or joins: the height of the ground (world, m) and its velocity (m/s).
+    pub fn set_support(&mut self, support: &Support<f64>) {
+        self.tracker.set_support(0, support.height, support.velocity.lane(0));
+    }
+    /// Looks at the ground before a decision: what carries the body, and what is ahead. Without it the ground is level, at rest, and at
+    /// the height where the skill began.
+    pub fn sense(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        self.tracker.sense(sim, terrain);
+    }
+    /// Sets the skill's parameters, in the order of its file; each is kept within its range.
+    pub fn set_parameters(&mut self, values: &[f64]) {
+        let ranges = &self.skill.definition.parameters;
+        let values: Vec<f64> = values.iter().zip(ranges).map(|(v, p)| v.clamp(p.range.0, p.range.1)).collect();
+        if values.len() == ranges.len() {
+            self.tracker.set_parameters(0, &values, &self.skill.definition.normalise(&values));
+        }
     }
 
     fn set_gains(&self, sim: &mut Simulator<f64>) {

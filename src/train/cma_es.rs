@@ -17,7 +17,7 @@
 //! generator to save either.
 
 use crate::math::RandomStream;
-use crate::train::symmetric_eigen::symmetric_eigen;
+use crate::math::symmetric_eigen;
 use serde::{Deserialize, Serialize};
 
 /// Most variables: the covariance of so many takes 32 MB.

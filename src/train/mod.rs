@@ -5,6 +5,7 @@ pub fn default_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
+mod affine;
 pub mod cma_es;
 #[cfg(feature = "policy")]
 mod export_onnx;
@@ -17,8 +18,8 @@ pub mod ppo;
 mod samcon;
 mod samcon_cost;
 mod samcon_options;
-mod symmetric_eigen;
 
+pub use affine::{AffineError, AffineOptions, AffineSearch, Generation};
 #[cfg(feature = "policy")]
 pub use export_onnx::{ExportError, policy_bytes, save_policy};
 #[cfg(feature = "policy")]

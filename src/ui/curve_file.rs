@@ -1,5 +1,6 @@
 //! The curve of a training: the CSV file that `athlete train` keeps in its folder.
 
+use crate::asset::read_file::read_text;
 use std::path::{Path, PathBuf};
 
 /// Largest file that is read, bytes.
@@ -85,11 +86,7 @@ impl CurveTable {
     pub fn load(path: &Path) -> Result<Self, CurveError> {
         let path = curve_file(path);
         let failed = |reason: String| CurveError::File { path: path.clone(), reason };
-        let bytes = std::fs::metadata(&path).map_err(|e| failed(e.to_string()))?.len();
-        if bytes > MOST_BYTES {
-            return Err(failed(format!("{bytes} bytes, more than {MOST_BYTES}")));
-        }
-        Self::from_csv(&std::fs::read_to_string(&path).map_err(|e| failed(e.to_string()))?)
+        Self::from_csv(&read_text(&path, MOST_BYTES).map_err(|e| failed(e.fault.to_string()))?)
     }
 
     /// Names of the columns.

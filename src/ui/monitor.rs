@@ -16,7 +16,8 @@ const HEIGHT: f32 = 150.0;
 const CHARTS: [(&str, &[&str]); 3] = [
     ("reward and survival", &["reward", "failed", "survival", "evaluated_reward"]),
     ("length of the trials, s", &["length_s"]),
-    ("divergence of the update", &["divergence"]),
+    // Curves of earlier versions call it divergence.
+    ("kl of the update", &["kl", "divergence"]),
 ];
 
 /// What the monitor holds between frames.

@@ -126,6 +126,48 @@ fn edge_holds_against_a_push() {
     assert!(g.slip < SLIP && g.drift < 5e-3);
 }
 
+/// The weight is over the heel, and the toe is pushed aside: the end with next to no load of its own holds by that of the other. What
+/// it carried in the last step is where the next begins, so even one sweep a step comes to hold it. (Rows once kept an end's
+/// side impulse within its own load: the toe began each step from next to nothing, and slipped for ever.)
+#[test]
+fn an_unloaded_end_keeps_its_side_impulse() {
+    let heel = DVec3::Z * 0.104;
+    let mut model = rigid(50.0, DVec3::splat(3.0), heel + DVec3::Y * 0.1);
+    add_blade(&mut model, DVec3::ZERO, 0.208, LAW);
+    model.blades[0].bite = Some(1.0);
+    for x in [-0.8, 0.8] {
+        add_point(&mut model, heel + DVec3::X * x, 0.0);
+        model.contact_points.last_mut().unwrap().friction = 0.0;
+    }
+    let toe = model.blades[0].toe;
+    let mut sim = simulator(model);
+    let mut settings = *sim.settings();
+    settings.contact.sweeps = 1;
+    sim.set_settings(settings);
+    place(&mut sim, DVec3::ZERO, DQuat::IDENTITY, DVec3::NEG_Z * 3.0, DVec3::ZERO);
+    sim.external.push(bevy_athlete::sim::ExternalForce {
+        link: 0,
+        position: bevy_athlete::math::Vec3::splat(-heel),
+        force: bevy_athlete::math::Vec3::splat(DVec3::X * 100.0),
+    });
+    let (world, h) = (World::ice(), sim.step_seconds());
+    let (mut worst, mut load) = (0.0_f64, 0.0_f64);
+    for k in 0..1200 {
+        let before = ends(&mut sim, 0);
+        step(&mut sim, &world);
+        if k >= 600 {
+            worst = worst.max(slip(&before, &ends(&mut sim, 0), h));
+            load = load.max(sim.contact_force(toe, 0).y);
+        }
+    }
+    println!(
+        "toe without load ({load:.3} N at most), pushed by 100 N: slips at most {:.5} mm/s (allowed 0.1)",
+        worst * 1e3
+    );
+    assert!(load < 10.0, "the toe is meant to carry next to nothing");
+    assert!(worst < 0.1 * SLIP);
+}
+
 /// Carving without friction keeps the kinetic energy: the edge's force is square to the motion.
 #[test]
 fn carving_does_no_work() {

@@ -4,12 +4,14 @@
 //! on stderr that names the place and what would be valid, never a panic. What a machine reads is JSON. Replaying a control
 //! gives the same bits, in another process too. A test of the library alone would miss all of that.
 
+use crate::bvh_writer::{conventions, write_bvh};
 use bevy_athlete::asset::card::RobustnessCard;
+use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::dense_layers::Activation;
 use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::math::RandomStream;
-use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, skater};
+use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, preset, skater};
 use bevy_athlete::train::save_policy;
 use glam::DQuat;
 use serde_json::{Value, json};
@@ -220,6 +222,58 @@ fn simulate_follows_a_clip_and_writes_trace_and_storyboard() {
     for world in ["ground", "empty", "stairs", "sphere", "slope:10"] {
         let report = done_json(&[&run[..3], &["--world", world], &run[5..], &["--seconds", "0.01"]].concat());
         assert_eq!(report["world"], world);
+    }
+}
+
+/// Skeletons that no built-in map knows are read without one; the map that was found is written, and read back by `--map`.
+#[test]
+fn a_strangers_motion_goes_in() {
+    let folder = Folder::new("stranger");
+    let path = "assets/skills/skating/stroking/stroking.keyposes.ron";
+    let skater = preset("skater").unwrap();
+    let clip = KeyPoses::load(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap().to_clip(&skater).unwrap();
+    let mixamo = conventions().into_iter().find(|c| c.name == "mixamo").unwrap();
+    let text = write_bvh(&mixamo, &clip, &skater);
+    let bvh = folder.write("walk.bvh", &text);
+    let run =
+        ["simulate", "--character", "runner", "--world", "ground", "--seconds", "0.05", "--motion", &bvh, "--json"];
+    let output = athlete(&run);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{told}");
+    for word in ["mixamorig:LeftShoulder + mixamorig:LeftArm", "T-pose", "athlete map", "mixamorig:LeftHandIndex1"] {
+        assert!(told.contains(word), "`{word}` is missing in:\n{told}");
+    }
+
+    let map = folder.path("my.map.ron");
+    let out = ["map", &bvh, "--character", "runner", "--out", &map];
+    let table = done(&out);
+    assert!(table.contains("forearm_right") && table.contains("my.map.ron"), "{table}");
+    refused(&out, &["my.map.ron", "--force"]);
+    done(&[&out[..], &["--force"]].concat());
+    refused(&["map", &bvh, "--out", "my.ron"], &["--out my.ron", ".map.ron"]);
+    let report = done_json(&["map", &bvh, "--character", "runner", "--json"]);
+    assert_eq!((report["unit"].as_str(), report["warnings"].as_array().map(Vec::len)), (Some("cm"), Some(0)));
+    let output = athlete(&[&run[..], &["--map", &map]].concat());
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    // A wrong count is named and read; one pose is nothing to follow.
+    let frames = clip.poses.len();
+    let short = text.replace(&format!("Frames: {frames}"), &format!("Frames: {}", frames - 1));
+    let short = folder.write("short.bvh", &short);
+    let output = athlete(&["map", &short]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains(&format!("holds {frames}")), "{told}");
+    let one = MotionClip { poses: clip.poses[..1].to_vec(), ..clip };
+    let one = folder.write("one.bvh", &write_bvh(&mixamo, &one, &skater));
+    let reconstruct = ["reconstruct", "--character", "runner", "--world", "ground", "--clip", &one];
+    refused(&reconstruct, &["one.bvh", "nothing to follow"]);
+
+    // A device without an end is refused at once.
+    #[cfg(unix)]
+    {
+        let endless = folder.path("endless.bvh");
+        std::os::unix::fs::symlink("/dev/zero", &endless).unwrap();
+        refused(&["map", &endless], &["endless.bvh", "a device", "regular file"]);
     }
 }
 

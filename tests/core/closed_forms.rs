@@ -6,6 +6,7 @@
 
 use crate::common::*;
 use bevy_athlete::contact::{Geometry, Material, Solid, Surface, World};
+use bevy_athlete::dynamics::GripAnchor;
 use bevy_athlete::model::{Grip, LeanLaw, skater};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use glam::{DQuat, DVec3};
@@ -48,14 +49,14 @@ fn pendulum_on_a_grip() {
     let (mass, length) = (3.0, 0.8);
     let about_middle = mass * length * length / 12.0;
     let mut model = rigid(mass, DVec3::new(about_middle, 1e-3, about_middle), DVec3::new(0.0, -0.5 * length, 0.0));
-    model.grips.push(Grip { name: "end".into(), link: 0, position: DVec3::ZERO });
+    model.grips.push(Grip { name: "end".into(), link: 0, position: DVec3::ZERO, max_force: 450.0 });
     let period = TAU * ((about_middle + mass * 0.25 * length * length) / (mass * G * 0.5 * length)).sqrt();
     for axis in [DVec3::X, DVec3::new(0.6, 0.0, 0.8)] {
         let mut sim = simulator(model.clone());
         let anchor = DVec3::new(0.3, 2.0, -0.2);
         let amplitude = 0.1_f64;
         place(&mut sim, anchor, DQuat::from_axis_angle(axis, amplitude), DVec3::ZERO, DVec3::ZERO);
-        sim.state.grip_anchors[0] = Some(anchor);
+        sim.hold(0, 0, GripAnchor::Fixed(anchor));
         let world = World::empty();
         let (mut crossings, mut last, mut apart, mut widest) = (Vec::new(), amplitude, 0.0_f64, 0.0_f64);
         let h = sim.step_seconds();
@@ -84,7 +85,7 @@ fn pendulum_on_a_grip() {
         assert!(off < 1e-3 && apart < 1e-4 && (widest / amplitude - 1.0).abs() < 0.02);
 
         // Let go: free fall from here on.
-        sim.state.grip_anchors[0] = None;
+        sim.release(0, 0);
         let v0 = sim.total_momentum().linear.lane(0) / mass;
         for _ in 0..600 {
             step(&mut sim, &world);
@@ -107,24 +108,19 @@ fn skater_hangs_by_its_hands() {
         command.rotation = bevy_athlete::math::Quat::splat(*q);
     }
     sim.state_changed();
-    let at = |sim: &mut Simulator<f64>, g: usize| {
-        let grip = model.grips[g].clone();
-        let root = sim.state.root_position.lane(0);
-        let k = &sim.kinematics()[grip.link];
-        root + k.origin.lane(0) + k.rotation.lane(0) * grip.position
-    };
-    for g in 0..2 {
-        let anchor = at(&mut sim, g);
-        sim.state.grip_anchors[g] = Some(anchor);
+    let mut anchors = [DVec3::ZERO; 2];
+    for (g, anchor) in anchors.iter_mut().enumerate() {
+        *anchor = sim.grip_position(g, 0).unwrap();
+        sim.hold(g, 0, GripAnchor::Fixed(*anchor));
     }
     let world = World::empty();
     let mut apart = 0.0_f64;
     let mut held = 0.0;
     for k in 0..2400 {
         step(&mut sim, &world);
-        for g in 0..2 {
-            let p = at(&mut sim, g);
-            apart = apart.max(p.distance(sim.state.grip_anchors[g].unwrap()));
+        for (g, anchor) in anchors.iter().enumerate() {
+            let p = sim.grip_position(g, 0).unwrap();
+            apart = apart.max(p.distance(*anchor));
             if k >= 1200 {
                 held += sim.state.grip_impulses[g].lane(0).y;
             }
@@ -136,7 +132,7 @@ fn skater_hangs_by_its_hands() {
         apart * 1e3
     );
     assert!(apart < 1e-3 && (weight - 1.0).abs() < 0.03);
-    sim.state.grip_anchors.fill(None);
+    (0..2).for_each(|g| sim.release(g, 0));
     let v0 = sim.total_momentum().linear.lane(0).y / model.mass();
     for _ in 0..120 {
         step(&mut sim, &world);

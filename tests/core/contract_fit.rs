@@ -124,7 +124,7 @@ fn bodies_are_compared_by_what_they_are() {
         let policy = Policy::from_bytes(&changed("stroking", |_| {}), "stroking.onnx").unwrap();
         let error = policy.check_for(&model).unwrap_err();
         assert!(
-            matches!(&error, PolicyError::Misfit { misfit, .. } if misfit.field.starts_with("observation[")),
+            matches!(&error, PolicyError::Misfit { misfit, .. } if misfit.field.starts_with("action.links[")),
             "{error}"
         );
     }

@@ -1,7 +1,7 @@
 //! The conditions on trials, on skaters whose moves are written down: each is met by what it asks for and by nothing less.
 
 use bevy_athlete::model::Side;
-use bevy_athlete::skill::{BladeSample, Criterion, PerformanceSample, Way, crossings, flights, strokes};
+use bevy_athlete::skill::{Criterion, FootSample, PerformanceSample, Way, crossings, flights, strokes};
 use glam::{DQuat, DVec3};
 
 const RATE: f64 = 120.0;
@@ -12,25 +12,27 @@ fn glide(seconds: f64) -> Vec<PerformanceSample> {
         .map(|k| {
             let time = k as f64 / RATE;
             let z = -2.0 * time;
-            let blade = |x: f64| BladeSample {
+            let blade = |x: f64| FootSample {
                 toe: DVec3::new(x, 0.0, z - 0.1),
                 heel: DVec3::new(x, 0.0, z + 0.1),
                 pressed: true,
                 lean: Some(0.0),
+                ground: 0.0,
             };
             PerformanceSample {
                 time,
                 root_position: DVec3::new(0.0, 0.8, z),
                 root_rotation: DQuat::IDENTITY,
                 com_velocity: DVec3::new(0.0, 0.0, -2.0),
-                blades: [blade(-0.1), blade(0.1)],
+                feet: [blade(-0.1), blade(0.1)],
+                ..PerformanceSample::default()
             }
         })
         .collect()
 }
 
 fn lift(sample: &mut PerformanceSample, foot: usize, height: f64) {
-    let blade = &mut sample.blades[foot];
+    let blade = &mut sample.feet[foot];
     (blade.pressed, blade.lean) = (false, None);
     (blade.toe.y, blade.heel.y) = (height, height);
 }
@@ -39,7 +41,7 @@ fn lift(sample: &mut PerformanceSample, foot: usize, height: f64) {
 fn turn(sample: &mut PerformanceSample, angle: f64) {
     let q = DQuat::from_rotation_y(angle);
     sample.root_rotation = q * sample.root_rotation;
-    for blade in &mut sample.blades {
+    for blade in &mut sample.feet {
         for end in [&mut blade.toe, &mut blade.heel] {
             *end = sample.root_position + q * (*end - sample.root_position);
         }
@@ -89,15 +91,15 @@ fn a_crossing_needs_the_feet_apart_again() {
     for (k, sample) in samples.iter_mut().enumerate() {
         // From 0.2 m to the right of the left foot to 0.2 m to its left, and back, every half second.
         let to_left = DVec3::X * shift(k);
-        sample.blades[1].toe -= to_left;
-        sample.blades[1].heel -= to_left;
+        sample.feet[1].toe -= to_left;
+        sample.feet[1].heel -= to_left;
     }
     assert_eq!(crossings(&samples), 8);
     let mut half = glide(4.0);
     for (k, sample) in half.iter_mut().enumerate() {
         let to_left = DVec3::X * (0.45 * shift(k));
-        sample.blades[1].toe -= to_left;
-        sample.blades[1].heel -= to_left;
+        sample.feet[1].toe -= to_left;
+        sample.feet[1].heel -= to_left;
     }
     assert_eq!(crossings(&half), 0, "side by side is not across");
 }
@@ -145,7 +147,7 @@ fn a_three_turn_stays_on_one_foot() {
     assert!(!meets(Criterion::Glides { foot: Side::Right, way: Way::Backward, seconds: 1.0 }, &samples));
 
     let mut down = three_turn();
-    down[200].blades[1].pressed = true;
+    down[200].feet[1].pressed = true;
     assert!(!meets(stays.clone(), &down) && !meets(glides(1.2), &down), "the free foot touched");
     let mut up = three_turn();
     lift(&mut up[130], 0, 0.006);
@@ -161,7 +163,7 @@ fn jump(turns: f64) -> Vec<PerformanceSample> {
         let t = sample.time - 1.0;
         if t <= 0.0 {
             lift(sample, 1, 0.2);
-            sample.blades[0].lean = Some(0.2);
+            sample.feet[0].lean = Some(0.2);
         } else if t <= 0.4 {
             lift(sample, 0, 0.1);
             lift(sample, 1, 0.1);
@@ -197,9 +199,9 @@ fn a_salchow_is_a_salchow() {
         samples.iter_mut().for_each(change);
         samples
     };
-    let outside = changed(|s| s.blades[0].lean = s.blades[0].lean.map(|l| -l));
+    let outside = changed(|s| s.feet[0].lean = s.feet[0].lean.map(|l| -l));
     assert!(!meets(salchow(0.35, 1.75), &outside), "the outside edge is another jump");
-    let exchanged = changed(|s| s.blades.swap(0, 1));
+    let exchanged = changed(|s| s.feet.swap(0, 1));
     assert!(!meets(salchow(0.35, 1.75), &exchanged), "so is the other foot");
     let forwards = changed(|s| s.com_velocity = -s.com_velocity);
     assert!(!meets(salchow(0.35, 1.75), &forwards), "and the other way");

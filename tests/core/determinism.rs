@@ -13,7 +13,7 @@ use bevy_athlete::math::{F32x8, F64x4};
 use bevy_athlete::model::{PRESET_NAMES, preset};
 use bevy_athlete::sim::{Simulator, step};
 
-const SKATER_ON_ICE: u64 = 0x6b68_ec66_c34a_6ea7;
+const SKATER_ON_ICE: u64 = 0x3130_3bf9_745f_6665;
 const FOOT_HUMAN_ON_GROUND: u64 = 0xccd0_0f6e_99a0_aac2;
 
 #[test]

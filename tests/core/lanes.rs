@@ -4,6 +4,7 @@
 
 use crate::common::*;
 use bevy_athlete::contact::{Geometry, HeightField, Solid, Surface, World};
+use bevy_athlete::dynamics::GripAnchor;
 use bevy_athlete::math::{F32x8, F64x4, RandomStream, Real, Vec3};
 use bevy_athlete::model::*;
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
@@ -90,7 +91,7 @@ fn walker() -> CharacterModel {
         links,
         contact_points: points,
         blades,
-        grips: vec![Grip { name: "hand".into(), link: hand, position: DVec3::new(0.0, -0.2, 0.0) }],
+        grips: vec![Grip { name: "hand".into(), link: hand, position: DVec3::new(0.0, -0.2, 0.0), max_force: 450.0 }],
         collision_pairs: Vec::new(),
         feet: Vec::new(),
         trunk: 0,
@@ -147,7 +148,13 @@ fn fingerprints<R: Real>(scene: &Scene, first: u64) -> (Vec<Vec<u64>>, Vec<usize
     sim.external.push(ExternalForce { link: 7, position: Vec3::splat(DVec3::Y * 0.1), force: Vec3::zero() });
     (0..R::LANES).for_each(|lane| place(&mut sim, lane, first + lane as u64));
     if *holds_on {
-        sim.state.grip_anchors[0] = Some(DVec3::new(0.2, 1.0, 0.0));
+        // Every lane its own place, one none, one on a solid.
+        for lane in (0..R::LANES).filter(|lane| (first + *lane as u64) % 4 != 1) {
+            let index = first + lane as u64;
+            let place = DVec3::new(0.2 + 0.03 * index as f64, 1.0, 0.0);
+            let anchor = if index % 4 == 2 { GripAnchor::Solid { solid: 0, place } } else { GripAnchor::Fixed(place) };
+            sim.hold(0, lane, anchor);
+        }
     }
     let (mut prints, mut touching) = (vec![Vec::new(); R::LANES], vec![0; R::LANES]);
     for k in 0..*steps {
@@ -158,7 +165,7 @@ fn fingerprints<R: Real>(scene: &Scene, first: u64) -> (Vec<Vec<u64>>, Vec<usize
             }
         }
         if *holds_on && k == steps / 2 {
-            sim.state.grip_anchors[0] = None;
+            (0..R::LANES).for_each(|lane| sim.release(0, lane));
         }
         step(&mut sim, world);
         for (lane, touching) in touching.iter_mut().enumerate() {

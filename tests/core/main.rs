@@ -3,6 +3,8 @@
 //! Each module opens with its contract. `cargo test --no-default-features --features cli --test core MODULE` runs one of
 //! them. `tests/determinism.rs` has one of them for a build in release.
 
+#[path = "../support/bvh_writer.rs"]
+mod bvh_writer;
 #[path = "../support/common.rs"]
 mod common;
 #[path = "../support/counting_allocator.rs"]
@@ -36,6 +38,8 @@ mod director;
 mod dynamics_identities;
 mod flight;
 mod geometry;
+mod grips;
+mod joint_torques;
 mod key_poses;
 mod lanes;
 mod mirrored_skill;
@@ -58,6 +62,8 @@ mod robustness_card;
 mod salchow_clip;
 mod shipped_skills;
 mod storyboard;
+mod stranger_skeletons;
+mod support;
 mod support_height;
 mod three_turn_clips;
 mod trace_reader;

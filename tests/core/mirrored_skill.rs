@@ -44,7 +44,8 @@ fn a_policy_sees_the_image_of_the_body() {
     for tick in (0..skill.motion.last()).step_by(7) {
         let observe = |skill: &TrainedSkill, turn: DVec3, lean: f64| {
             let mut sim: Simulator<f64> = Simulator::new(model.clone(), SimulationSettings::of(&model));
-            let mut tracker: Tracker<f64> = Tracker::new(skill.motion.clone(), skill.definition.tracker_options());
+            let (motion, options) = (skill.motion.clone(), skill.definition.tracker_options());
+            let mut tracker: Tracker<f64> = Tracker::new(motion, options, skill.layout.clone());
             tracker.begin(&mut sim, 0, tick, 2.0);
             // The body is not where the reference is.
             let rotation = DQuat::from_scaled_axis(turn) * sim.state.root_rotation.lane(0);

@@ -35,7 +35,7 @@ fn presets_differ() {
 #[test]
 fn every_number_counts() {
     type Change = (&'static str, fn(&mut CharacterModel));
-    let changes: [Change; 38] = [
+    let changes: [Change; 39] = [
         ("step rate", |m| m.step_rate += 1.0),
         ("link's name", |m| m.links[3].name.push('x')),
         ("links swapped by name", |m| {
@@ -84,8 +84,9 @@ fn every_number_counts() {
         ("blade's hold", |m| m.blades[0].bite = Some(0.123)),
         ("grip", |m| {
             let position = glam::DVec3::ZERO;
-            m.grips.push(bevy_athlete::model::Grip { name: "nose".into(), link: 1, position });
+            m.grips.push(bevy_athlete::model::Grip { name: "nose".into(), link: 1, position, max_force: 300.0 });
         }),
+        ("grip's force", |m| m.grips[0].max_force += 1.0),
         ("contact point's role", |m| m.contact_points[0].role = PointRole::Hand),
         ("foot left out", |m| m.feet.truncate(1)),
         ("foot's side", |m| m.feet[0].side = None),

@@ -128,7 +128,7 @@ fn accelerations(
     let wrench = Force { moment: Vec3::splat(root * vector(&tau[3..])), force: Vec3::splat(vector(tau)) };
     let mut external = vec![Force::zero(); links.len()];
     external[0] = wrench;
-    let servos: Vec<_> = torques.iter().map(|t| ServoOutput { torque: *t, implicit: 0.0 }).collect();
+    let servos: Vec<_> = torques.iter().map(|t| ServoOutput { torque: *t, ..Default::default() }).collect();
     let mut articulated = vec![ArticulatedLink::default(); links.len()];
     let mobility = articulated_inertias(constants, links, &servos, &external, &mut articulated);
     let mut motions = vec![Motion::zero(); links.len()];

@@ -19,7 +19,7 @@ use bevy_athlete::asset::joint_positions::{JointPositions, PositionOptions};
 use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::contact::{Geometry, HeightField, Solid, Surface, World};
 use bevy_athlete::control::{ControlError, ControlPlayer, ReconstructedControl};
-use bevy_athlete::dynamics::State;
+use bevy_athlete::dynamics::{GripAnchor, State};
 use bevy_athlete::math::{F64x4, RandomStream, Real, Vec3};
 use bevy_athlete::model::{
     BodyLandmarks, CharacterModel, KeyPoses, PRESET_NAMES, PositionImportOptions, SharedModel, import_bvh,
@@ -388,7 +388,11 @@ fn shared_inputs() {
             }
         }
         let mut sim = Simulator::<F64x4>::new(model.clone(), settings);
-        sim.state.grip_anchors[0] = Some(wild_vector(&mut random, DVec3::Y));
+        for lane in 0..4 {
+            let place = wild_vector(&mut random, DVec3::Y);
+            let solid = GripAnchor::Solid { solid: lane, place };
+            sim.hold(0, lane, if lane < 2 { GripAnchor::Fixed(place) } else { solid });
+        }
         for _ in 0..4 {
             step(&mut sim, &world);
         }

@@ -7,6 +7,7 @@
 use crate::common::*;
 use crate::counting_allocator::allocations;
 use bevy_athlete::contact::World;
+use bevy_athlete::dynamics::{CentroidalMap, GripAnchor, degrees_of_freedom, point_jacobian, point_jacobian_rate};
 use bevy_athlete::math::{F32x8, F64x4, Quat, Real, Vec3};
 use bevy_athlete::model::preset;
 use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
@@ -16,6 +17,16 @@ fn counted<R: Real>(sim: &mut Simulator<R>, world: &World) -> usize {
     let before = allocations();
     step(sim, world);
     allocations() - before
+}
+
+/// Every grip of every lane closes about a place: of the first lane a fixed one, of the others one on the ground.
+fn hold_all<R: Real>(sim: &mut Simulator<R>, place: DVec3) {
+    for grip in 0..sim.model().grips.len() {
+        for lane in 0..R::LANES {
+            let solid = GripAnchor::Solid { solid: 0, place };
+            sim.hold(grip, lane, if lane == 0 { GripAnchor::Fixed(place) } else { solid });
+        }
+    }
 }
 
 fn drive<R: Real>(name: &str) {
@@ -51,8 +62,8 @@ fn drive<R: Real>(name: &str) {
         match k {
             100 => (0..3).for_each(|n| sim.external.push(push(n))),
             200 => sim.external.clear(),
-            300 => sim.state.grip_anchors.fill(Some(DVec3::new(0.1, 1.6, 0.0))),
-            600 => sim.state.grip_anchors.fill(None),
+            300 => hold_all(&mut sim, DVec3::new(0.1, 1.6, 0.0)),
+            600 => sim.state.release_all(),
             700 => sim.commands.iter_mut().zip(&tangled).for_each(|(c, q)| c.rotation = Quat::splat(*q)),
             1000 => sim.commands.iter_mut().for_each(|c| (c.kp, c.kd) = (R::splat(5.0), R::splat(1.0))),
             _ => {}
@@ -74,6 +85,18 @@ fn the_step_does_not_allocate() {
     drive::<F32x8>("skater");
     drive::<f64>("foot_human");
     drive::<f64>("runner");
+    // Nor do the maps that controllers ask for.
+    let model = preset("runner").unwrap();
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let constants = sim.constants().to_vec();
+    let mut map = CentroidalMap::new(&constants);
+    let mut columns = vec![Vec3::zero(); degrees_of_freedom(&constants)];
+    let com = sim.center_of_mass() - sim.state.root_position;
+    let before = allocations();
+    map.update(&constants, sim.kinematics(), com);
+    point_jacobian(&constants, sim.kinematics(), 5, Vec3::zero(), &mut columns);
+    let _ = point_jacobian_rate(&constants, sim.kinematics(), 5, Vec3::zero());
+    assert_eq!(allocations(), before);
     // The counter counts.
     let before = allocations();
     let v = std::hint::black_box(vec![1_u8; 100]);

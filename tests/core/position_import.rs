@@ -6,7 +6,7 @@
 //! - What is missing is named, and only that; too little is refused.
 //! - Left called right is noticed, and a body as it is is not accused of it.
 
-use bevy_athlete::asset::joint_positions::{JointPositions, Landmark, PositionFrame, PositionOptions};
+use bevy_athlete::asset::joint_positions::{JointPositions, Landmark, PositionFrame, PositionNote, PositionOptions};
 use bevy_athlete::asset::landmark_layout::{Axes, LandmarkLayout};
 use bevy_athlete::math::RandomStream;
 use bevy_athlete::model::{
@@ -68,7 +68,7 @@ fn landmarks(
 }
 
 fn one_frame(layout: &LandmarkLayout, landmarks: Vec<Landmark>) -> JointPositions {
-    JointPositions { layout: layout.clone(), frames: vec![PositionFrame { time: 0.0, landmarks }] }
+    JointPositions::new(layout.clone(), vec![PositionFrame { time: 0.0, landmarks }])
 }
 
 fn import(model: &CharacterModel, positions: &JointPositions) -> ImportedPoses {
@@ -325,7 +325,7 @@ fn a_way_becomes_speed_turns_and_heights() {
         PositionFrame { time: 0.2 * k as f64, landmarks: landmarks(&layout, &model, &pose, 1.0, 0.003, random) }
     };
     let frames = (0..6).map(|k| frame(k, &mut random)).collect();
-    let positions = JointPositions { layout: layout.clone(), frames };
+    let positions = JointPositions::new(layout.clone(), frames);
     let options = PositionImportOptions { travel: true, ..Default::default() };
     let keys = import_positions(&model, &positions, &options).unwrap().key_poses;
     assert!((keys.speed - 2.0).abs() < 0.1, "{} m/s", keys.speed);
@@ -405,4 +405,92 @@ fn files_are_read_in_all_their_forms_and_refused_by_place() {
     refused("3", &["file: 3"]);
     let back = format!("{{\"frames\": [{{\"time\": 1, \"joints\": {list}}}, {{\"time\": 1, \"joints\": {list}}}]}}");
     refused(&back, &["frame 1, time", "later"]);
+}
+
+/// What tools write, made here: result objects, all but the hands, frames without a person, a byte-order mark. None of it may
+/// need a converter, and none may be read as something else.
+#[test]
+fn results_of_the_common_estimators_are_read() {
+    let none = PositionOptions::default();
+    let read = |text: &str| JointPositions::from_json(text, &none).unwrap_or_else(|e| panic!("{e}: {text}"));
+    let model = preset("skater").unwrap();
+    // In the axes of the layout, as a tool gives them.
+    let own = |layout: &str| {
+        let layout = LandmarkLayout::built_in(layout).unwrap();
+        let points = step_landmarks(&layout, &model).into_iter().map(|l| {
+            let p = layout.axes.from_ours(l.position.unwrap_or_default());
+            serde_json::json!({"x": p.x, "y": p.y, "z": p.z, "visibility": 0.9, "presence": 0.9})
+        });
+        points.collect::<Vec<_>>()
+    };
+    let (space, smpl) = (own("mediapipe33"), own("smpl24"));
+    let picture: Vec<_> = space
+        .iter()
+        .map(|p| {
+            let part = |k: &str| 0.5 + 0.4 * p[k].as_f64().unwrap();
+            serde_json::json!({"x": part("x"), "y": part("y"), "z": 0.1 * p["z"].as_f64().unwrap(), "visibility": 0.9})
+        })
+        .collect();
+    let plain = read(&serde_json::json!(space).to_string());
+    for result in [
+        serde_json::json!([{"landmarks": [picture], "worldLandmarks": [space]}]),
+        serde_json::json!({"landmarks": [picture], "worldLandmarks": [space]}),
+        serde_json::json!([{"poseLandmarks": picture, "poseWorldLandmarks": space}]),
+        serde_json::json!({"pose_world_landmarks": {"landmark": space}}),
+        serde_json::json!([{"keypoints": picture, "keypoints3D": space}]),
+    ] {
+        assert_eq!(read(&result.to_string()).frames, plain.frames, "{result}");
+    }
+    let refused = |value: serde_json::Value, words: &[&str]| {
+        let message = JointPositions::from_json(&value.to_string(), &none).unwrap_err().to_string();
+        assert!(words.iter().all(|w| message.contains(w)), "{words:?}: {message}");
+    };
+    refused(serde_json::json!([{"landmarks": [picture]}]), &["frame 0", "`landmarks`", "`worldLandmarks`"]);
+    refused(serde_json::json!(picture), &["places in a picture", "worldLandmarks"]);
+    refused(serde_json::json!([picture, picture]), &["between 0 and 1"]);
+    let flat: Vec<_> = smpl.iter().map(|p| serde_json::json!([p["x"], p["y"], 0])).collect();
+    refused(serde_json::json!(flat), &["z", "0 throughout"]);
+    // Metres that happen to lie so are taken when the axes are named.
+    JointPositions::from_json(&serde_json::json!({"axes": "y_down", "joints": picture}).to_string(), &none).unwrap();
+
+    let bare = read(&serde_json::json!(smpl[..22]).to_string());
+    assert_eq!(bare.layout.name, "smpl22");
+    let marked = format!("\u{feff}{}", serde_json::json!(smpl));
+    assert_eq!(read(&marked), read(&serde_json::json!(smpl).to_string()));
+
+    // A frame without a person is a gap, and one at an end is held.
+    let moved: Vec<_> =
+        smpl.iter().map(|p| serde_json::json!([p["x"].as_f64().unwrap() + 0.2, p["y"], p["z"]])).collect();
+    for nobody in [serde_json::json!(null), serde_json::json!([])] {
+        let gap = read(&serde_json::json!([nobody, smpl, nobody, nobody, moved]).to_string());
+        assert_eq!(gap.notes(), [PositionNote::Gap { frames: vec![0, 2, 3] }]);
+        let x = |frame: usize| gap.frames[frame].landmarks[0].position.unwrap().x;
+        assert!((x(2) - x(1) + 0.2 / 3.0).abs() < 1e-12 && x(0) == x(1), "{} {} {}", x(0), x(1), x(2));
+    }
+    refused(serde_json::json!([null, null]), &["nobody"]);
+}
+
+/// A figure on its head or along another axis is turned, and told; where the axes were named it is told only.
+#[test]
+fn y_down_and_z_up_are_found_out() {
+    let none = PositionOptions::default();
+    let model = preset("skater").unwrap();
+    let layout = LandmarkLayout::built_in("smpl24").unwrap();
+    let ours = step_landmarks(&layout, &model);
+    for (name, axes) in Axes::NAMES {
+        let points = ours.iter().map(|l| axes.from_ours(l.position.unwrap_or_default()).to_array());
+        let points: Vec<[f64; 3]> = points.collect();
+        let told = JointPositions::from_json(&serde_json::json!(points).to_string(), &none).unwrap();
+        let up = told.frames[0].landmarks[15].position.unwrap() - told.frames[0].landmarks[0].position.unwrap();
+        assert!(up.y > 0.3, "{name}: {up}");
+        match told.notes() {
+            [] => assert_eq!(name, "y_up"),
+            [PositionNote::Turned { from: "y_up", to }] => assert_eq!(*to, name),
+            other => panic!("{name}: {other:?}"),
+        }
+        let named = serde_json::json!({"axes": "y_up", "joints": points}).to_string();
+        let told = JointPositions::from_json(&named, &none).unwrap();
+        assert_eq!(told.notes().is_empty(), name == "y_up", "{:?}", told.notes());
+        assert_eq!(told.frames[0].landmarks[0].position, Some(Axes::YUp.to_ours(points[0].into())));
+    }
 }

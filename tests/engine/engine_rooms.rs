@@ -14,6 +14,7 @@ use bevy::time::TimeUpdateStrategy;
 use bevy_athlete::asset::dense_layers::{Activation, DenseLayer, DenseLayers};
 use bevy_athlete::contact::{Geometry, Solid, Surface};
 use bevy_athlete::control::Policy;
+use bevy_athlete::dynamics::GripAnchor;
 use bevy_athlete::engine::*;
 use bevy_athlete::math::Vec3 as CoreVec3;
 use bevy_athlete::sim::ExternalForce;
@@ -211,11 +212,20 @@ fn mixed(app: &mut App, count: usize, precision: fn(usize) -> AthletePrecision) 
 const PRECISIONS: [fn(usize) -> AthletePrecision; 3] =
     [|_| AthletePrecision::Double, |_| AthletePrecision::Single, |k| PRECISIONS[k / 2 % 2](k)];
 
-/// Snapshots of a mixed crowd after a second.
+/// Snapshots of a mixed crowd after a second. Some hold on to something: a place in the air, and one on the ice, which slides from
+/// their hands.
 fn crowd_bytes(count: usize, lanes: bool, precision: fn(usize) -> AthletePrecision) -> Vec<Vec<u8>> {
     let mut app = app();
     app.insert_resource(AthleteLanes(lanes));
     let crowd = mixed(&mut app, count, precision);
+    run_ticks(&mut app, 1);
+    for (k, athlete) in crowd.iter().enumerate().filter(|(k, _)| k % 3 == 1) {
+        let mut body = body_mut(&mut app, *athlete);
+        let sim = body.simulator_mut();
+        let hand = sim.grip_position(0, 0).expect("the skater has hands");
+        let on_ice = GripAnchor::Solid { solid: 0, place: hand.with_y(0.0) };
+        sim.hold(0, 0, if k % 2 == 1 { GripAnchor::Fixed(hand) } else { on_ice });
+    }
     run_ticks(&mut app, 64);
     crowd.iter().map(|e| body(&app, *e).snapshot().to_bytes()).collect()
 }

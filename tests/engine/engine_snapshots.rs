@@ -10,6 +10,7 @@
 use crate::engine_support::*;
 use bevy::math::DVec3;
 use bevy::prelude::*;
+use bevy_athlete::dynamics::GripAnchor;
 use bevy_athlete::engine::*;
 use bevy_athlete::math::{RandomStream, Vec3 as CoreVec3};
 use bevy_athlete::sim::ExternalForce;
@@ -58,9 +59,7 @@ fn spawn(app: &mut App, driver: &str) -> Entity {
         let mut body = body_mut(app, athlete);
         let hand = body.simulator_mut().kinematics().len() - 1;
         let sim = body.simulator_mut();
-        if let Some(anchor) = sim.state.grip_anchors.first_mut() {
-            *anchor = Some(DVec3::new(3.0, 1.2, -2.3));
-        }
+        sim.hold(0, 0, GripAnchor::Fixed(DVec3::new(3.0, 1.2, -2.3)));
         let force = CoreVec3::splat(DVec3::new(8.0, 0.0, 3.0));
         sim.external.push(ExternalForce { link: hand, position: CoreVec3::zero(), force });
         sim.commands[4].torque = CoreVec3::splat(DVec3::new(0.5, 0.0, 0.0));

@@ -320,7 +320,7 @@ fn a_search_can_be_cancelled() {
 fn quick_plan() -> TrainPlan {
     let options = TrainOptions {
         threads: 1,
-        pods: 1,
+        env_batches: 1,
         ticks: 8,
         minibatch: 256,
         hidden: vec![16],

@@ -1,6 +1,6 @@
 //! The BVH reader: words with line numbers, a stack of open joints, then the rows of numbers.
 
-use super::{Axis, Bvh, BvhError, BvhJoint, BvhLimits, Channel};
+use super::{Axis, Bvh, BvhError, BvhJoint, BvhLimits, BvhWarning, Channel, FrameTimeUnit};
 use glam::DVec3;
 
 /// Longest joint name, bytes.
@@ -268,12 +268,15 @@ fn read_motion(words: &mut Words, tree: Hierarchy, limits: BvhLimits) -> Result<
     }
     label(words, &["frame", "time"], "`Frame Time:`")?;
     let (line, word) = words.need("the frame time")?;
-    let frame_time = number(line, word, || "frame time".into())?;
-    if !(1e-5..=10.0).contains(&frame_time) {
-        return Err(BvhError::FrameTime { line, found: frame_time });
+    let declared = number(line, word, || "frame time".into())?;
+    let mut warnings = Vec::new();
+    let (frame_time, unit) = frame_time(declared).ok_or(BvhError::FrameTime { line, found: declared })?;
+    if let Some(taken) = unit {
+        warnings.push(BvhWarning::FrameTime { declared, taken, seconds: frame_time });
     }
 
-    // Rows may be wrapped; the first row of an unusual length is kept for the message.
+    // Rows may be wrapped; the first row of an unusual length is kept for the message. Headers miscount: what counts is
+    // what the file holds.
     let (channels, needed) = (tree.channel_count, frame_count.saturating_mul(tree.channel_count));
     let mut values = Vec::new();
     let mut found = 0;
@@ -288,11 +291,12 @@ fn read_motion(words: &mut Words, tree: Hierarchy, limits: BvhLimits) -> Result<
         row_length += 1;
         found += 1;
         let value = number(line, word, || format!("frame {}", (found - 1) / channels.max(1)))?;
-        if found <= needed {
-            values.push(value);
-        }
+        values.push(value);
     }
-    if found != needed {
+    if found == 0 && needed > 0 {
+        return Err(BvhError::UnexpectedEnd { expected: "the rows of the frames" });
+    }
+    if found % channels.max(1) != 0 || (channels == 0 && found > 0) {
         return Err(BvhError::ValueCount {
             line: odd_row.unwrap_or(words.line),
             frames: frame_count,
@@ -301,7 +305,35 @@ fn read_motion(words: &mut Words, tree: Hierarchy, limits: BvhLimits) -> Result<
             found,
         });
     }
-    Ok(Bvh { joints: tree.joints, frame_time, channel_count: channels, frame_count, values })
+    let held = found.checked_div(channels).unwrap_or(frame_count);
+    if held > limits.frames {
+        return Err(BvhError::TooLarge { what: "frames", found: held, limit: limits.frames });
+    }
+    if held != frame_count {
+        warnings.push(BvhWarning::FrameCount { declared: frame_count, found: held });
+    }
+    Ok(Bvh { joints: tree.joints, frame_time, channel_count: channels, frame_count: held, values, warnings })
+}
+
+/// Longest time between frames that is taken as it is, s.
+const LONGEST_FRAME: f64 = 2.0;
+/// Rates of cameras and capture systems, 1/s.
+const RATES: [f64; 16] =
+    [24.0, 25.0, 29.97, 30.0, 48.0, 50.0, 59.94, 60.0, 75.0, 90.0, 100.0, 119.88, 120.0, 144.0, 200.0, 240.0];
+
+/// The time between frames that the number in a header means, s, and what it is if not seconds. A number above two is one of
+/// the usual rates, or the milliseconds of a rate from 10 to 500 frames per second, or another rate.
+fn frame_time(declared: f64) -> Option<(f64, Option<FrameTimeUnit>)> {
+    if (1e-5..=LONGEST_FRAME).contains(&declared) {
+        return Some((declared, None));
+    }
+    if RATES.iter().any(|rate| (declared - rate).abs() < 1e-3 * rate) {
+        return Some((1.0 / declared, Some(FrameTimeUnit::Rate)));
+    }
+    if (2.0..=100.0).contains(&declared) {
+        return Some((declared * 1e-3, Some(FrameTimeUnit::Milliseconds)));
+    }
+    (100.0..=1000.0).contains(&declared).then(|| (1.0 / declared, Some(FrameTimeUnit::Rate)))
 }
 
 /// The words of a header label; each may carry a colon or be followed by one.

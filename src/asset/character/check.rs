@@ -353,7 +353,11 @@ fn check_attachments(character: &Character, file: &str, links: &HashMap<&str, us
     }
     for grip in &character.grips {
         known("grip", &grip.name, &grip.link)?;
-        Entry { file, part: "grip", name: &grip.name }.point("position", grip.position)?;
+        let entry = Entry { file, part: "grip", name: &grip.name };
+        entry.point("position", grip.position)?;
+        if let Some(force) = grip.max_force {
+            entry.number("max_force", force, 1.0, 1e5, "N")?;
+        }
     }
     for (a, b) in &character.no_collision {
         known("no_collision pair", a, a)?;

@@ -1,7 +1,7 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
 use crate::output::{Outcome, announce_trace, say, say_json};
-use bevy_athlete::asset::card::{RobustnessCard, fingerprint};
+use bevy_athlete::asset::card::fingerprint;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::cli::{
     ArgumentError, FrameRecorder, check_output, find_skill, load_character, load_task, threads, within,
@@ -11,7 +11,9 @@ use bevy_athlete::model::CharacterModel;
 use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
-use bevy_athlete::train::ppo::{Actor, Ending, Environment, SkillTask, StartSampler, robustness_card};
+use bevy_athlete::train::ppo::{
+    Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card,
+};
 use clap::Args;
 use serde_json::json;
 use std::fs::File;
@@ -95,7 +97,8 @@ impl Evaluate {
             check_output("--card", &card_file)?;
         }
 
-        let (card, shortfalls) = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
+        let report = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
+        let card = &report.card;
         if self.card {
             card.save(&card_file)?;
         }
@@ -106,11 +109,11 @@ impl Evaluate {
             let rows: Vec<_> = (card.rows.iter())
                 .map(|r| json!({"name": r.name, "trials": r.trials, "successes": r.successes}))
                 .collect();
-            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality}))?;
+            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality, "joints": report.joints}))?;
             return Ok(ExitCode::SUCCESS);
         }
         say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
-        say_card(&card, &shortfalls)?;
+        say_card(&report)?;
         if self.card {
             say(&format!("card             {}", card_file.display()))?;
         }
@@ -167,7 +170,7 @@ pub fn read_trials(
     change(&mut skill.trial, &*load_character(&skill.character)?)?;
     let task = load_task(&skill, None)?;
     skill.check_policy(&policy, &task.model)?;
-    let task = task.at_rate(task.model.step_rate)?;
+    let task = task.at_play_rate()?;
     Ok((task, policy))
 }
 
@@ -211,8 +214,9 @@ pub fn evaluate_command(policy: &Path, trials: usize, seed: u64) -> String {
     format!("athlete evaluate {name} --trials {trials} --seed {seed}")
 }
 
-/// Prints the table of a card and the quality of the motion.
-pub fn say_card(card: &RobustnessCard, shortfalls: &[String]) -> Result<(), Box<dyn std::error::Error>> {
+/// Prints the table of a card, the quality of the motion and what the joints had to bear.
+pub fn say_card(report: &CardReport) -> Result<(), Box<dyn std::error::Error>> {
+    let CardReport { card, shortfalls, joints } = report;
     say(&format!(
         "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
         "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
@@ -230,6 +234,11 @@ pub fn say_card(card: &RobustnessCard, shortfalls: &[String]) -> Result<(), Box<
     for (name, value) in &card.quality {
         say(&format!("{name:<48} {value:.4}"))?;
     }
+    say(&format!("{:<24} {:>10} {:>10} {:>10}", "joint", "limit N m", "peak N m", "at limit"))?;
+    for JointLoad { joint, limit, peak, at_limit } in joints {
+        let limit = limit.map_or("-".to_owned(), |n| format!("{n:.0}"));
+        say(&format!("{joint:<24} {limit:>10} {peak:>10.1} {:>8.2} %", 100.0 * at_limit))?;
+    }
     Ok(())
 }
 
@@ -246,11 +255,11 @@ fn show_trial(
     task.skill.episode.start = Some((0.0, 0.0));
     let (size, seconds) = (task.layout.size(), task.motion.duration().min(task.skill.episode.seconds));
     let task = Arc::new(task);
-    let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+    let starts = StartSampler::uniform(task.motion.last(), task.motion.cycle().is_some());
     let mut trial = Environment::<f64>::new(task.clone(), seed, 0, &starts);
     let (mut seen, mut scratch) = (vec![0.0; size], Vec::new());
     let mut frames = FrameRecorder::new(seconds, true);
-    let mut ending = Ending::GoesOn;
+    let mut status = EpisodeStatus::Running;
     let mut writer = match trace {
         None => None,
         Some(path) => {
@@ -261,7 +270,7 @@ fn show_trial(
     };
     let mut failed = None;
     frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
-    while ending == Ending::GoesOn {
+    while status == EpisodeStatus::Running {
         trial.observe(&mut seen);
         let action = Actor::act(policy, &mut scratch, &mut seen, 1);
         let outcomes = trial.tick_with(action, |sim, _| {
@@ -269,14 +278,14 @@ fn show_trial(
                 failed = failed.take().or(writer.record(sim).err());
             }
         });
-        ending = outcomes[0].ending;
+        status = outcomes[0].status;
         frames.look(&mut trial.sim, &trial.tracker.reference_pose(0));
     }
     if let (Some(path), Some(error)) = (trace, failed) {
         return Err(at(path, error).into());
     }
     let Some(path) = storyboard else { return Ok(()) };
-    if ending == Ending::Failed {
+    if status == EpisodeStatus::Terminated {
         frames.caption_from(trial.sim.state.time, "failed");
     }
     let options = StoryboardOptions {

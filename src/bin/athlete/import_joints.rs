@@ -25,7 +25,7 @@ pub struct ImportJoints {
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
     #[arg(long, default_value = "skater")]
     character: String,
-    /// smpl24, mediapipe33 or path of a .landmarks.ron file; by default what the file says, else by the number of landmarks
+    /// smpl24, smpl22, mediapipe33 or path of a .landmarks.ron file; by default what the file says, else by the number of landmarks
     #[arg(long)]
     layout: Option<String>,
     /// Axes of the positions; by default what the file says, else those of the layout
@@ -109,7 +109,8 @@ impl ImportJoints {
         let worst = poses.iter().map(|fit| fit.rms()).fold(0.0, f64::max);
         let mean = poses.iter().map(|fit| fit.rms()).sum::<f64>() / poses.len() as f64;
         let scale = poses[0].scale;
-        let warnings: Vec<String> = imported.warnings.iter().map(ToString::to_string).collect();
+        let notes = positions.notes().iter().map(ToString::to_string);
+        let warnings: Vec<String> = notes.chain(imported.warnings.iter().map(ToString::to_string)).collect();
         for warning in &warnings {
             complain(&format!("warning: {warning}"));
         }

@@ -6,6 +6,9 @@ mod export_mjcf;
 mod import_joints;
 mod info;
 mod info_policy;
+mod interrupt;
+mod map;
+mod motion;
 mod optimize;
 mod output;
 mod program;
@@ -15,6 +18,7 @@ mod run_folder;
 mod show;
 mod simulate;
 mod train;
+mod train_affine;
 mod world_args;
 
 use bevy_athlete::cli::exit_code;
@@ -42,6 +46,8 @@ enum Command {
     Optimize(optimize::Optimize),
     /// Turn 3D joint positions of a pose estimator into key poses
     ImportJoints(import_joints::ImportJoints),
+    /// Show what the skeleton of a .bvh file is taken for, and write that as a joint map to edit
+    Map(map::Map),
     /// Draw key poses or a motion
     Show(show::Show),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
@@ -64,6 +70,7 @@ fn main() -> ExitCode {
         Command::Reconstruct(command) => command.run(),
         Command::Optimize(command) => command.run(),
         Command::ImportJoints(command) => command.run(),
+        Command::Map(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),

@@ -1,5 +1,6 @@
 //! `athlete optimize`: from the key poses of a skill and their windows to a motion that was simulated.
 
+use crate::interrupt;
 use crate::output::{Outcome, bar, complain, say, say_json};
 use crate::simulate::draw;
 use bevy_athlete::asset::clip::MotionClip;
@@ -117,6 +118,7 @@ impl Optimize {
             }
         }
 
+        interrupt::watch()?;
         let begin = Instant::now();
         let result = self.search(&plan, world, &options, resume, &saved)?;
         let taken = begin.elapsed().as_secs_f64();
@@ -184,11 +186,15 @@ impl Optimize {
                 }
                 News::Window(checkpoint) => failure = checkpoint.save(saved).err(),
             }
-            failure.is_none()
+            failure.is_none() && !interrupt::asked()
         });
         bar.finish_and_clear();
         match failure {
             Some(failure) => Err(failure.into()),
+            None if result.is_err() && interrupt::asked() => {
+                let saved = saved.display();
+                Err(format!("stopped; the windows that were done are in {saved}: --resume goes on from there").into())
+            }
             None => Ok(result?),
         }
     }

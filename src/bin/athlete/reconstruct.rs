@@ -1,12 +1,14 @@
 //! `athlete reconstruct`: from a motion to a control whose simulation follows it.
 
+use crate::interrupt;
+use crate::motion::load_motion;
 use crate::output::{Outcome, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
 use crate::simulate::draw;
 use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, PerformOptions, Script, check_output, keep_earlier, load_character, load_motion,
-    perform, threads, within,
+    ArgumentError, FrameRecorder, PerformOptions, Script, check_output, keep_earlier, load_character, perform, threads,
+    within,
 };
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructError, ReconstructOptions, reconstruct};
@@ -32,7 +34,7 @@ pub struct Reconstruct {
     clip: PathBuf,
     #[command(flatten)]
     world: WorldArgs,
-    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Where to write the control (.control.ron)
@@ -84,6 +86,7 @@ pub fn failure(file: &Path, error: ReconstructError) -> Box<dyn Error> {
         ReconstructError::Option { option, found, valid } => {
             ArgumentError::new(format!("--{}", option.replace('_', "-")), found, valid).into()
         }
+        ReconstructError::Cancelled => "stopped before the first window: nothing was found".into(),
         other => format!("{}: {other}", file.display()).into(),
     }
 }
@@ -102,12 +105,12 @@ impl Reconstruct {
         let model = load_character(&self.character)?;
         let world = self.world.choose(&model, None)?;
         let mut clip = load_motion(&self.clip, self.map.as_deref(), &model)?;
+        if clip.poses.len() < 2 {
+            let found = clip.poses.len();
+            return Err(format!("{}: {found} pose, so nothing to follow; valid: 2 or more", self.clip.display()).into());
+        }
         if self.cycles > 1 {
             clip = clip.repeated_straight(self.cycles, SEAM)?;
-        }
-        if clip.duration() <= 0.0 {
-            let file = self.clip.display();
-            return Err(format!("{file}: one pose, nothing to follow; valid: a motion of two poses or more").into());
         }
         let lift;
         (clip, lift) = clip.lifted_clear(&model)?;
@@ -150,6 +153,7 @@ impl Reconstruct {
             }
         }
 
+        interrupt::watch()?;
         let bar = bar(1, "reconstruct");
         let begin = Instant::now();
         let found = reconstruct(&model, &solids, &world.to_string(), &clip, &options, |news| {
@@ -161,13 +165,22 @@ impl Reconstruct {
                 news.cost,
                 news.backtracks
             ));
-            true
+            !interrupt::asked()
         });
         bar.finish_and_clear();
         let found = found.map_err(|error| failure(&self.clip, error))?;
         let taken = begin.elapsed().as_secs_f64();
         if let Some(path) = &self.out {
             found.control.save(path)?;
+        }
+        if interrupt::asked() {
+            let (done, whole) = (found.control.seconds, clip.duration());
+            let kept = match &self.out {
+                Some(path) => format!("saved in {}", path.display()),
+                None => "lost without --out".into(),
+            };
+            complain(&format!("stopped: a control of {done:.2} of {whole:.2} s was found, {kept}"));
+            return Ok(ExitCode::from(interrupt::STOPPED));
         }
 
         // Replayed as `simulate --control` would.

@@ -1,9 +1,10 @@
 //! `athlete show`: what is in a file of key poses or a clip, as a picture.
 
+use crate::motion::load_motion;
 use crate::output::{Outcome, say, say_json};
 use crate::simulate::in_file;
 use crate::world_args::WorldArgs;
-use bevy_athlete::cli::{WorldSpec, check_output, clip_frames, key_pose_frames, load_character, load_motion, within};
+use bevy_athlete::cli::{WorldSpec, check_output, clip_frames, key_pose_frames, load_character, within};
 use bevy_athlete::model::KeyPoses;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardFrame, StoryboardOptions};
 use clap::Args;
@@ -33,7 +34,7 @@ pub struct Show {
     /// the key poses, else skater
     #[arg(long)]
     character: Option<String>,
-    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Most figures, 1 to 64; by default 8 for a motion, 64 for key poses

@@ -1,11 +1,12 @@
 //! `athlete simulate`: a motion or a control, headless.
 
+use crate::motion::load_motion;
 use crate::output::{Outcome, announce_trace, bar, complain, say, say_report, say_report_json};
 use crate::record::Record;
 use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{
     ArgumentError, ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Push, Script, WorldSpec,
-    check_output, load_character, load_motion, perform_on,
+    check_output, load_character, perform_on,
 };
 use bevy_athlete::control::ReconstructedControl;
 use bevy_athlete::model::{PRESET_NAMES, SharedModel};
@@ -34,7 +35,7 @@ pub struct Simulate {
     /// Control to replay: a .control.ron file
     #[arg(long, group = "script")]
     control: Option<PathBuf>,
-    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long, requires = "motion")]
     map: Option<PathBuf>,
     /// Move the motion so that it starts above the world's origin, facing -Z

@@ -1,17 +1,19 @@
 //! `athlete train`: from a skill or a motion to a policy.
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
+use crate::interrupt;
 use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
+use crate::train_affine::{self, Goal};
 use bevy_athlete::cli::{ArgumentError, find_skill, load_task, threads, within, write_whole};
 use bevy_athlete::control::tracking::TICK_PARTS;
 use bevy_athlete::sim::BuildInfo;
-use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
     Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy,
 };
-use bevy_athlete::train::{load_layers, policy_bytes, save_policy};
+use bevy_athlete::train::{AffineOptions, load_layers, policy_bytes, save_policy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,6 +38,18 @@ pub struct Train {
     /// World for --clip: ice or ground
     #[arg(long, default_value = "ice", requires = "clip")]
     world: String,
+    /// The motion of --clip repeats
+    #[arg(long, requires = "clip")]
+    cyclic: bool,
+    /// It keeps its heading from cycle to cycle
+    #[arg(long, requires = "cyclic")]
+    straight: bool,
+    /// Trials of --clip count only if the root stays within METRES of the reference, and the joints within DEGREES on average
+    #[arg(long, value_name = "METRES,DEGREES", requires = "clip")]
+    within: Option<String>,
+    /// Find an affine policy (one matrix and an offset) by CMA-ES instead of a network by reinforcement; --iterations are its generations
+    #[arg(long, conflicts_with_all = ["resume", "from", "hidden"])]
+    affine: bool,
     /// Joint map for a .bvh file
     #[arg(long)]
     map: Option<PathBuf>,
@@ -71,27 +85,27 @@ pub struct Train {
     #[arg(long)]
     evaluate_every: Option<usize>,
     /// Standard deviation of the exploration at the start and in the end, in units of the action
-    #[arg(long)]
-    sigma: Option<String>,
+    #[arg(long, alias = "sigma", value_name = "FIRST,LAST")]
+    action_std: Option<String>,
     /// How strongly actions are drawn to those before and after them; 0 not at all [default: 0.1]
     #[arg(long)]
     smoothness: Option<f32>,
     /// Iterations over which the measured policy is a running mean; 1 for the actor as it is [default: 20]
     #[arg(long)]
     average: Option<usize>,
-    /// Pods of 64 trials that are played side by side [default: 4]
-    #[arg(long)]
-    pods: Option<usize>,
-    /// Part of the trials that begin evenly over the motion and its speeds, not where trials fail [default: 0.4]
-    #[arg(long)]
-    even_starts: Option<f64>,
-    /// Part of the trials that begin as one began that failed, soon where the motion repeats, once the motion can be done
+    /// Batches of 64 episodes that are played side by side [default: 4]
+    #[arg(long, alias = "pods", value_name = "NUMBER")]
+    env_batches: Option<usize>,
+    /// Part of the episodes that begin uniformly over the motion and its speeds, not where episodes fail [default: 0.4]
+    #[arg(long, alias = "even-starts", value_name = "SHARE")]
+    uniform_share: Option<f64>,
+    /// Part of the episodes that begin as one began that failed, soon where the motion repeats, once the motion can be done
     /// [default: 0.25]
-    #[arg(long)]
-    hard_starts: Option<f64>,
-    /// Divergence at which an iteration's update stops [default: 0.06]
-    #[arg(long)]
-    divergence: Option<f32>,
+    #[arg(long, alias = "hard-starts", value_name = "SHARE")]
+    replay_share: Option<f64>,
+    /// Kullback-Leibler divergence at which an iteration's update stops [default: 0.06]
+    #[arg(long, alias = "divergence")]
+    kl: Option<f32>,
     /// Discount of a decision, 0 to 1: how far ahead the policy looks [default: 0.97]
     #[arg(long)]
     discount: Option<f32>,
@@ -130,6 +144,13 @@ impl Train {
                 let name = stem.split('.').next().unwrap_or("clip").to_owned();
                 let mut skill = SkillDefinition::imitate_alone(&name, character, clip, &self.world);
                 skill.training_rate = Some(CLIP_RATE);
+                if self.cyclic {
+                    skill.repeat(self.straight);
+                }
+                if let Some(text) = &self.within {
+                    let (root, joints) = pair(text, "--within")?;
+                    skill.trial.success.push(Criterion::Follows { root, turn: 57.3, joints });
+                }
                 if let Some(text) = &self.gains {
                     let (kp, kd) = pair(text, "--gains")?;
                     if !((0.0..=1e6).contains(&kp) && (0.0..=1e6).contains(&kd)) {
@@ -169,14 +190,14 @@ impl Train {
         put(self.evaluate_every, &mut options.evaluate_every);
         put(self.smoothness, &mut options.smoothness);
         put(self.average, &mut options.average);
-        put(self.pods, &mut options.pods);
-        put(self.divergence, &mut options.divergence);
+        put(self.env_batches, &mut options.env_batches);
+        put(self.kl, &mut options.kl);
         put(self.discount, &mut options.gamma);
-        put(self.even_starts, &mut options.even_starts);
-        put(self.hard_starts, &mut options.hard_starts);
-        if let Some(text) = &self.sigma {
-            let (first, last) = pair(text, "--sigma")?;
-            options.sigma = (first as f32, last as f32);
+        put(self.uniform_share, &mut options.uniform_share);
+        put(self.replay_share, &mut options.replay_share);
+        if let Some(text) = &self.action_std {
+            let (first, last) = pair(text, "--action-std")?;
+            options.action_std = (first as f32, last as f32);
         }
         Ok(())
     }
@@ -214,7 +235,7 @@ impl Train {
         let TrainError::Option { option, found, valid } = error else { return error.into() };
         let (option, typed) = match option {
             "gamma" | "gamma, lambda" => ("discount", self.discount.map(|g| g.to_string())),
-            "sigma" => (option, self.sigma.clone()),
+            "action_std" => (option, self.action_std.clone()),
             "hidden" => (option, self.hidden.clone()),
             _ => (option, None),
         };
@@ -228,6 +249,13 @@ impl Train {
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
         let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?;
         let checkpoint = folder.place("checkpoint.json");
+        if self.affine {
+            let options =
+                AffineOptions { seed: self.seed, threads: threads(self.threads)?, ..AffineOptions::default() };
+            let limit = Duration::from_secs_f64(self.minutes * 60.0);
+            let goal = Goal { limit, generations: self.iterations, until: self.until };
+            return train_affine::run(task, options, &goal, &folder);
+        }
         let mut trainer = if self.resume {
             let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
             let mut asked = Ok(());
@@ -237,9 +265,9 @@ impl Train {
         } else if let Some(policy) = &self.from {
             let (layers, contract) = load_layers(policy)?;
             let mut options = self.options()?;
-            if self.sigma.is_none() {
+            if self.action_std.is_none() {
                 // It has been explored before.
-                options.sigma.0 = options.sigma.1;
+                options.action_std.0 = options.action_std.1;
             }
             Trainer::from_policy(task, options, &layers, &contract).map_err(|error| self.by_option(error))?
         } else {
@@ -249,8 +277,10 @@ impl Train {
         let (layers, contract) = trained_policy(trainer.task(), &trainer.present(), folder.motion());
         policy_bytes(&layers, &contract)
             .map_err(|error| format!("what will be learnt could not be written: {error}"))?;
+        let instructions = bevy_athlete::train::nn::instructions()?;
+        interrupt::watch()?;
         let motion = &trainer.task().motion;
-        say(&BuildInfo::current().to_string())?;
+        say(&format!("{}, networks by {instructions}", BuildInfo::current()))?;
         say(&format!(
             "{} learns {}: {:.2} s{}, {} numbers seen, {} told, results in {}",
             skill.character,
@@ -283,11 +313,20 @@ impl Train {
                 bar.suspend(|| say(&text))?;
             }
             let reached = self.until.is_some_and(|p| news.evaluation.is_some_and(|(s, _)| 100.0 * s >= p));
-            let done =
-                reached || began.elapsed() >= limit || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
+            let stopped = interrupt::asked();
+            let done = stopped
+                || reached
+                || began.elapsed() >= limit
+                || self.iterations.is_some_and(|n| trainer.curve().len() >= n);
             if done || saved.elapsed() > Duration::from_secs(30) {
                 save(&folder, &trainer)?;
                 saved = Instant::now();
+            }
+            if stopped {
+                bar.finish_and_clear();
+                say(&format!("stopped after {} samples; saved in {}", news.samples, out.display()))?;
+                say("to go on: the same command with --resume")?;
+                return Ok(ExitCode::from(interrupt::STOPPED));
             }
             if done {
                 break;
@@ -316,16 +355,17 @@ impl Train {
         let (task, policy) = read_trials(&out.join("policy.onnx"), |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
-        let (card, shortfalls) = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let report = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let card = &report.card;
         card.save(out.join("card.json"))?;
-        say_card(&card, &shortfalls)?;
+        say_card(&report)?;
         Ok((card.rate(), card.reward_per_step().unwrap_or(f64::NAN)))
     }
 }
 
 fn line(news: &Iteration) -> String {
     format!(
-        "{:.0} samples/s, reward {:.3}, trials of {:.2} s, {:.0} % fail",
+        "{:.0} samples/s, reward {:.3}, episodes of {:.2} s, {:.0} % fail",
         news.samples as f64 / news.seconds.max(1e-9),
         news.reward,
         news.length,
@@ -367,11 +407,11 @@ fn save(folder: &RunFolder, trainer: &Trainer) -> Result<(), Box<dyn std::error:
             ],
         },
         Chart {
-            title: "divergence of the update".into(),
+            title: "kl of the update".into(),
             x_label: "seconds".into(),
             low: 0.0,
             high: 0.08,
-            curves: vec![curve("divergence", &|i| f64::from(i.divergence))],
+            curves: vec![curve("kl", &|i| f64::from(i.kl))],
         },
     ];
     Ok(write_whole(&folder.place("curve.png"), &charts_png(&charts, 900, 320)?)?)

@@ -2,7 +2,7 @@
 
 use crate::asset::course::{MotionInstance, SolidInstance, SolidShape};
 use crate::contact::geometry::{box_distance, near_top_edge, rail_distance, rail_point};
-use crate::contact::{Column, GeometryHit, SupportHit, SurfaceHit};
+use crate::contact::{AnchorMotion, Column, GeometryHit, SupportHit, SurfaceHit};
 use crate::math::{Mat3, Real, Vec3};
 use glam::{DMat3, DVec3};
 
@@ -99,6 +99,15 @@ impl<R: Real> LaneSolid<R> {
             (&self.shape, &own.shape),
             (LaneShape::Block { .. }, SolidShape::Block { .. }) | (LaneShape::Rail { .. }, SolidShape::Rail { .. })
         )
+    }
+
+    /// The place `place` (from its centre, its own axes, m) as it is now in a lane.
+    pub fn anchor(&self, lane: usize, place: DVec3) -> AnchorMotion {
+        let turned = match &self.shape {
+            LaneShape::Block { to_world, .. } => to_world.lane(lane) * place,
+            LaneShape::Rail { .. } => place,
+        };
+        AnchorMotion { place: self.center.lane(lane) + turned, velocity: self.velocity.lane(lane) }
     }
 
     /// Writes the numbers of a lane; its place follows with the time.

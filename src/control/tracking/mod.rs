@@ -5,17 +5,21 @@ pub const TICK_PARTS: usize = 4;
 
 mod gathered;
 mod heading;
-mod layout;
 mod mirror;
 mod motion;
 mod seen_body;
+mod support;
 mod tracker;
+mod warp;
 
+pub use super::terms::{ObservationLayout, PolicyMirror};
+pub(crate) use gathered::Gathered;
 pub use heading::Heading;
-pub use layout::ObservationLayout;
-pub use mirror::{PolicyMirror, mirror_links};
-pub use motion::{CycleShift, TrackedMotion, TrackedTick};
+pub use mirror::mirror_links;
+pub use motion::{CycleShift, STANDS, TrackedMotion, TrackedTick};
 pub(crate) use seen_body::{AllLanes, SeenBody};
 #[cfg(feature = "engine")]
 pub(crate) use seen_body::{OneLane, com_velocity};
+pub use support::Support;
 pub use tracker::{Tracker, TrackerOptions, TrackingTerms};
+pub use warp::Warp;

@@ -1,14 +1,18 @@
 //! A clip prepared for tracking: what the body should be like at every tick of the controller.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::control::tracking::Warp;
 use crate::control::tracking::mirror::{image, image_of_rotation, image_of_turn};
 use crate::control::{Reference, ReferenceTick};
 use crate::dynamics::{LinkConstants, LinkKinematics, State, momentum, totals, update_positions, update_velocities};
-use crate::model::{CharacterModel, ModelPose, ModelVelocity};
+use crate::math::Vec3;
+use crate::model::{CharacterModel, ModelPose, ModelVelocity, PointRole};
 use glam::{DQuat, DVec3};
 
 /// Over how long the ends of a cycle are blended, s.
 const SEAM: f64 = 0.2;
+/// Height above the ground up to which a foot of a motion stands, m.
+pub const STANDS: f64 = 0.03;
 /// Half of the time over which the direction of travel is taken, s.
 const TRAVEL_SPAN: f64 = 0.4;
 
@@ -29,6 +33,10 @@ pub struct TrackedTick {
     pub travel: DVec3,
     /// Where in the motion the tick is: [`TrackedMotion::PHASES`] hat functions, of which two neighbours are not zero.
     pub phase: [f64; TrackedMotion::PHASES],
+    /// Height of the ground under the last foothold, m.
+    pub support: f64,
+    /// A foot is on that ground: its lowest point is within [`STANDS`] of it.
+    pub stands: bool,
 }
 
 /// One turn of a cyclic motion over the ground: `p -> turn * p + shift`.
@@ -48,6 +56,7 @@ pub struct TrackedMotion {
     tick_rate: f64,
     mean_speed: f64,
     ends: Vec<usize>,
+    warps: Vec<Warp>,
 }
 
 impl TrackedMotion {
@@ -125,6 +134,8 @@ impl TrackedMotion {
                     ends: ends.iter().map(|&i| links[i].origin.lane(0)).collect(),
                     travel: DVec3::ZERO,
                     phase: phase_hats(k as f64 / span, cycle.is_some()),
+                    support: 0.0,
+                    stands: lowest_foot(model, &links) + p.root_position.y < STANDS,
                     pose: p,
                     velocity: v,
                 }
@@ -153,7 +164,7 @@ impl TrackedMotion {
             tick.travel = travel;
         }
         let mean_speed = ticks.iter().map(|t| t.com_velocity.dot(t.travel)).sum::<f64>() / count as f64;
-        Self { ticks, cycle, tick_rate, mean_speed, ends }
+        Self { ticks, cycle, tick_rate, mean_speed, ends, warps: Vec::new() }
     }
 
     /// The mirror image, its left and right exchanged; `links` has for each link the one on the other side (see
@@ -178,9 +189,48 @@ impl TrackedMotion {
             ends: ends.iter().map(|&k| image(t.ends[k])).collect(),
             travel: image(t.travel),
             phase: t.phase,
+            support: t.support,
+            stands: t.stands,
         });
         let cycle = |c: &CycleShift| CycleShift { turn: (c.turn.0, -c.turn.1), shift: image(c.shift) };
-        Self { ticks: ticks.collect(), cycle: self.cycle.as_ref().map(cycle), ends: self.ends.clone(), ..*self }
+        Self {
+            ticks: ticks.collect(),
+            cycle: self.cycle.as_ref().map(cycle),
+            ends: self.ends.clone(),
+            warps: self.warps.iter().map(Warp::mirrored).collect(),
+            ..*self
+        }
+    }
+
+    /// The same motion, warped to parameters of its skill.
+    pub fn with_warps(mut self, warps: Vec<Warp>) -> Self {
+        self.warps = warps;
+        self
+    }
+    /// How parameters of the skill move it.
+    pub fn warps(&self) -> &[Warp] {
+        &self.warps
+    }
+    /// Says which ground each tick's foothold is on: `ground` gives the height (m) below a point of the clip's world. Between footholds
+    /// the last one counts.
+    pub fn stand_on(&mut self, model: &CharacterModel, ground: impl Fn(DVec3) -> f64) {
+        let mut places = Vec::with_capacity(model.links.len());
+        let mut support = 0.0;
+        for tick in &mut self.ticks {
+            tick.pose.link_transforms(model, &mut places);
+            let gap = |p: usize| {
+                let point = &model.contact_points[p];
+                let place = places[point.link].position + places[point.link].rotation * point.position;
+                let height = ground(place);
+                (place.y - point.radius - height, height)
+            };
+            let lowest = model.points(PointRole::Foot).map(gap).reduce(|a, b| if b.0 < a.0 { b } else { a });
+            tick.stands = lowest.is_some_and(|(gap, _)| gap < STANDS);
+            if let Some((_, height)) = lowest.filter(|_| tick.stands) {
+                support = height;
+            }
+            tick.support = support;
+        }
     }
 
     /// Ticks per second.
@@ -225,6 +275,16 @@ impl CycleShift {
         let back = Self { turn: (c, -s), shift: DVec3::ZERO };
         Self { shift: -back.apply(self.shift), ..back }
     }
+}
+
+/// Height of the lowest point of the feet above the root, m; infinite for a body without feet.
+fn lowest_foot(model: &CharacterModel, links: &[LinkKinematics<f64>]) -> f64 {
+    let bottom = |p: usize| {
+        let point = &model.contact_points[p];
+        let link = &links[point.link];
+        (link.origin + link.rotation.mul_vec(Vec3::splat(point.position))).y - point.radius
+    };
+    model.points(PointRole::Foot).map(bottom).fold(f64::INFINITY, f64::min)
 }
 
 /// Hat functions around evenly spaced centres: on a ring for a motion that repeats, from start to end for one that ends.

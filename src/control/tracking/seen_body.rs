@@ -10,6 +10,12 @@ pub(crate) trait SeenBody<R: Real> {
     fn model(&self) -> &SharedModel;
     /// Velocity of the centre of mass.
     fn com_velocity(&self) -> Vec3<R>;
+    /// The centre of mass relative to the root.
+    fn com_from_root(&self) -> Vec3<R>;
+    /// Impulse of the last step at a contact point, N s.
+    fn contact_impulse(&self, point: usize) -> Vec3<R>;
+    /// Steps per second.
+    fn steps_per_second(&self) -> f64;
     /// Place and rotation of the root.
     fn root(&self) -> (Vec3<R>, Quat<R>);
     /// Twist of the root at its origin.
@@ -47,6 +53,15 @@ impl<R: Real> SeenBody<R> for AllLanes<'_, R> {
     #[inline(always)]
     fn com_velocity(&self) -> Vec3<R> {
         self.com_velocity
+    }
+    fn com_from_root(&self) -> Vec3<R> {
+        self.sim.com_from_root()
+    }
+    fn contact_impulse(&self, point: usize) -> Vec3<R> {
+        self.sim.state.contact_impulses[point]
+    }
+    fn steps_per_second(&self) -> f64 {
+        self.sim.settings().rate
     }
     #[inline(always)]
     fn root(&self) -> (Vec3<R>, Quat<R>) {
@@ -99,6 +114,15 @@ impl<R: Real> SeenBody<f64> for OneLane<'_, R> {
     }
     fn com_velocity(&self) -> Vec3<f64> {
         self.vector(self.com_velocity)
+    }
+    fn com_from_root(&self) -> Vec3<f64> {
+        self.vector(self.sim.com_from_root())
+    }
+    fn contact_impulse(&self, point: usize) -> Vec3<f64> {
+        self.vector(self.sim.state.contact_impulses[point])
+    }
+    fn steps_per_second(&self) -> f64 {
+        self.sim.settings().rate
     }
     fn root(&self) -> (Vec3<f64>, Quat<f64>) {
         let state = &self.sim.state;

@@ -9,8 +9,10 @@
 //! reference keeps its place.
 
 use crate::asset::{StateError, StateReader, StateWriter};
+use crate::contact::Terrain;
+use crate::control::terms::{BodyFrame, ObservationLayout, ObservationTerm, View};
 use crate::control::tracking::gathered::Gathered;
-use crate::control::tracking::{AllLanes, Heading, SeenBody, TrackedMotion};
+use crate::control::tracking::{AllLanes, Heading, SeenBody, Support, TrackedMotion};
 use crate::math::{Quat, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::Simulator;
@@ -36,6 +38,11 @@ impl Default for TrackerOptions {
         Self { action_scale: 0.3, ramp: 0.5, leash: None, turn_leash: 0.5, gains: None }
     }
 }
+
+/// How fast the reference's height follows a foothold, m in a decision: a step up or down is taken over two or three of them.
+const FOLLOW_HEIGHT: f64 = 0.05;
+/// Height above the root from which the ground ahead is looked for, m.
+const SCAN_FROM: f64 = 0.5;
 
 /// Squared errors of the lanes against their references.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +74,14 @@ pub struct Tracker<R: Real> {
     anchor_heading: Heading<R>,
     anchor_place: Vec3<R>,
     speed: R,
+    /// The ground under the last foothold.
+    support: Support<R>,
+    /// What is seen beside the body: the skill's parameters, and heights ahead.
+    parameters: Vec<R>,
+    /// The parameters of each lane as the skill file has them.
+    values: Vec<Vec<f64>>,
+    scan: Vec<R>,
+    layout: Arc<ObservationLayout>,
     now: Gathered<R>,
     next: Gathered<R>,
     from: Vec<Quat<R>>,
@@ -74,12 +89,18 @@ pub struct Tracker<R: Real> {
 }
 
 impl<R: Real> Tracker<R> {
-    /// A tracker with every lane at the motion's start.
-    pub fn new(motion: Arc<TrackedMotion>, options: TrackerOptions) -> Self {
+    /// A tracker with every lane at the motion's start, on level ground; its policy sees what `layout` says.
+    pub fn new(motion: Arc<TrackedMotion>, options: TrackerOptions, layout: Arc<ObservationLayout>) -> Self {
         let now = Gathered::new(&motion);
         let links = now.joints.len();
+        let scan = layout.terms.iter().map(ObservationTerm::heights_ahead).map(<[f64]>::len).sum();
         Self {
             options,
+            support: Support::level(),
+            parameters: vec![R::zero(); layout.parameters],
+            values: vec![vec![0.0; layout.parameters]; R::LANES],
+            scan: vec![R::zero(); scan],
+            layout,
             ticks: vec![0; R::LANES],
             anchor_heading: Heading::ahead(),
             anchor_place: Vec3::zero(),
@@ -111,6 +132,45 @@ impl<R: Real> Tracker<R> {
     /// Commands a mean speed along the direction of travel, m/s.
     pub fn set_speed(&mut self, lane: usize, speed: f64) {
         self.speed.set_lane(lane, speed);
+    }
+    /// The ground under the last foothold of every lane.
+    pub fn support(&self) -> &Support<R> {
+        &self.support
+    }
+    /// Tells a lane what carries it: the height of the ground (world, m) and its level velocity (m/s).
+    pub fn set_support(&mut self, lane: usize, height: f64, velocity: glam::DVec3) {
+        self.support.height.set_lane(lane, height);
+        self.support.velocity.set_lane(lane, glam::DVec3::new(velocity.x, 0.0, velocity.z));
+    }
+    /// Sets the skill's parameters of a lane: `values` as the skill file has them, `seen` from -1 to 1 over their ranges. The reference
+    /// is warped to them.
+    pub fn set_parameters(&mut self, lane: usize, values: &[f64], seen: &[f64]) {
+        for (mine, value) in self.parameters.iter_mut().zip(seen) {
+            mine.set_lane(lane, *value);
+        }
+        self.values[lane].clear();
+        self.values[lane].extend_from_slice(values);
+        self.enter(lane, self.ticks[lane]);
+    }
+    /// Looks at the ground: what carries each lane, and what is ahead. Where body and reference both have a foothold, the reference's
+    /// height goes along with the body's. Call it before the decisions, once a tick.
+    pub fn sense(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
+        let stands = self.support.update(sim, terrain) & R::splat(0.5).lt(self.now.stands);
+        if R::any(stands) {
+            let most = R::splat(FOLLOW_HEIGHT);
+            let away = self.support.height - self.now.support - self.anchor_place.y;
+            self.anchor_place.y += away.clamp(-most, most).masked(stands);
+        }
+        if !self.scan.is_empty() {
+            let root = sim.state.root_position;
+            let ahead = Heading::of(sim.state.root_rotation).to_world(Vec3::splat(glam::DVec3::NEG_Z));
+            let distances = self.layout.terms.iter().flat_map(ObservationTerm::heights_ahead);
+            for (height, distance) in self.scan.iter_mut().zip(distances) {
+                let mut place = ahead.mul_add(R::splat(*distance), root);
+                place.y += R::splat(SCAN_FROM);
+                *height = terrain.height(place).height;
+            }
+        }
     }
     /// Sets the servo gains that the options ask for, in every lane.
     pub fn set_gains(&self, sim: &mut Simulator<R>) {
@@ -145,7 +205,9 @@ impl<R: Real> Tracker<R> {
         self.anchor(lane, heading, place);
         let turn = heading.to_quat().lane(0);
         let turned = |v: glam::DVec3| heading.to_world(Vec3::splat(v)).lane(0);
-        let root = glam::DVec3::new(place.x, p.root_position.y, place.z);
+        let now = self.now.root_position.lane(lane);
+        let root = glam::DVec3::new(place.x, now.y + place.y, place.z);
+        self.set_support(lane, reference.support + place.y, glam::DVec3::ZERO);
         sim.state.set_pose(lane, root, turn * p.root_rotation, &p.joints);
         let added = reference.travel * (start_speed - motion.mean_speed());
         sim.state.set_velocity(lane, turned(v.root_linear + added), turned(v.root_angular), &v.joints);
@@ -166,6 +228,13 @@ impl<R: Real> Tracker<R> {
         out.number(self.anchor_heading.s.lane(lane));
         out.vector(self.anchor_place.lane(lane));
         out.number(self.speed.lane(lane));
+        out.number(self.support.height.lane(lane));
+        out.vector(self.support.velocity.lane(lane));
+        out.count(self.values[lane].len());
+        self.values[lane].iter().for_each(|v| out.number(*v));
+        self.parameters.iter().for_each(|v| out.number(v.lane(lane)));
+        out.count(self.scan.len());
+        self.scan.iter().for_each(|v| out.number(v.lane(lane)));
         out.count(self.to.len());
         for q in self.from.iter().chain(&self.to) {
             out.rotation(q.lane(lane));
@@ -175,11 +244,24 @@ impl<R: Real> Tracker<R> {
     /// Brings a lane to where one of a tracker of the same motion was.
     pub fn read_state(&mut self, lane: usize, from: &mut StateReader) -> Result<(), StateError> {
         let tick = from.below("tick of the motion", self.motion.last() + 1)?;
-        self.enter(lane, tick);
         self.anchor_heading.c.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_heading.s.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_place.set_lane(lane, from.vector("place of the reference")?);
         self.speed.set_lane(lane, from.number("commanded speed")?);
+        self.support.height.set_lane(lane, from.number("height of the support")?);
+        self.support.velocity.set_lane(lane, from.vector("velocity of the support")?);
+        from.exactly("number of parameters", self.values[lane].len())?;
+        for value in &mut self.values[lane] {
+            *value = from.number("parameter")?;
+        }
+        for value in &mut self.parameters {
+            value.set_lane(lane, from.number("parameter")?);
+        }
+        from.exactly("number of heights ahead", self.scan.len())?;
+        for value in &mut self.scan {
+            value.set_lane(lane, from.number("height ahead")?);
+        }
+        self.enter(lane, tick);
         from.exactly("number of targets", self.to.len())?;
         for q in self.from.iter_mut().chain(&mut self.to) {
             q.set_lane(lane, from.rotation("target")?);
@@ -203,20 +285,22 @@ impl<R: Real> Tracker<R> {
         } else {
             scalar(faces).relative_to(scalar(reference.pose.root_rotation))
         };
-        self.anchor(lane, heading.normalized(), sim.state.root_position.lane(lane));
+        let mut place = sim.state.root_position.lane(lane);
+        place.y = self.support.height.lane(lane) - reference.support;
+        self.anchor(lane, heading.normalized(), place);
         for (i, command) in sim.commands.iter().enumerate() {
             self.from[i].set_lane(lane, command.rotation.lane(lane));
             self.to[i].set_lane(lane, command.rotation.lane(lane));
         }
     }
 
-    /// Puts the reference of a lane, turned by `heading`, with its root above `place`.
+    /// Puts the reference of a lane, turned by `heading`, with its root above `place`, whose height is that of its ground.
     fn anchor(&mut self, lane: usize, heading: Heading<f64>, place: glam::DVec3) {
         let root = self.now.root_position.lane(lane);
         let offset = heading.to_world(Vec3::<f64>::splat(root)).lane(0);
         self.anchor_heading.c.set_lane(lane, heading.c);
         self.anchor_heading.s.set_lane(lane, heading.s);
-        self.anchor_place.set_lane(lane, glam::DVec3::new(place.x - offset.x, 0.0, place.z - offset.z));
+        self.anchor_place.set_lane(lane, glam::DVec3::new(place.x - offset.x, place.y, place.z - offset.z));
     }
 
     /// Turns the reference of every lane about its root by a small angle (rad, positive to the left): steering.
@@ -224,14 +308,21 @@ impl<R: Real> Tracker<R> {
         let pivot = self.reference_root();
         let by = Heading { c: R::one() - angle * angle * R::splat(0.5), s: angle };
         self.anchor_heading = self.anchor_heading.turned(by).normalized();
+        let height = self.anchor_place.y;
         self.anchor_place = pivot - self.anchor_heading.to_world(self.now.root_position);
-        self.anchor_place.y = R::zero();
+        self.anchor_place.y = height;
+    }
+
+    /// Where the root of lane `lane` is over the ground at tick `tick` of the motion's own world, m, warped to the lane's parameters.
+    pub fn place_of(&mut self, lane: usize, tick: usize) -> glam::DVec3 {
+        self.enter(lane, tick);
+        self.now.root_position.lane(lane) * glam::DVec3::new(1.0, 0.0, 1.0)
     }
 
     fn enter(&mut self, lane: usize, tick: usize) {
         self.ticks[lane] = tick;
-        self.now.set_lane(lane, &self.motion, tick);
-        self.next.set_lane(lane, &self.motion, self.following(tick));
+        self.now.set_lane(lane, &self.motion, tick, &self.values[lane]);
+        self.next.set_lane(lane, &self.motion, self.following(tick), &self.values[lane]);
     }
 
     /// The tick after `tick`, counted within the cycle for its pose.
@@ -283,7 +374,7 @@ impl<R: Real> Tracker<R> {
     #[inline]
     fn wanted_velocity(&self) -> Vec3<R> {
         let added = self.speed - R::splat(self.motion.mean_speed());
-        self.anchor_heading.to_world(self.now.travel.mul_add(added, self.now.com_velocity))
+        self.anchor_heading.to_world(self.now.travel.mul_add(added, self.now.com_velocity)) + self.support.velocity
     }
 
     /// What a policy sees, appended to `out` in the order of [`ObservationLayout`](super::ObservationLayout).
@@ -294,44 +385,20 @@ impl<R: Real> Tracker<R> {
     /// [`Tracker::observe`] of a body that may be in a lane of a simulator of another kind.
     #[inline]
     pub(crate) fn observe_body(&self, body: &impl SeenBody<R>, out: &mut Vec<R>) {
-        let (root_position, root_rotation) = body.root();
-        let velocity = body.root_velocity();
-        let heading = Heading::of(root_rotation);
-        let reference_heading = Heading::of(self.reference_rotation());
-        let vector = |v: Vec3<R>, out: &mut Vec<R>| out.extend([v.x, v.y, v.z]);
-
-        out.extend(self.now.phase);
-        let up = root_rotation.conjugate().rotate(Vec3::new(R::zero(), R::one(), R::zero()));
-        vector(up, out);
-        out.push(root_position.y);
-        vector(heading.to_local(velocity.linear), out);
-        vector(heading.to_local(velocity.angular), out);
-        vector((root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector(), out);
-        vector(heading.to_local(self.wanted_velocity() - body.com_velocity()), out);
-        let turn = reference_heading.relative_to(heading);
-        out.extend([turn.c, turn.s]);
-        let offset = heading.to_local(self.reference_root() - root_position);
-        let one = R::one();
-        out.extend([offset.x.clamp(-one, one), offset.y, offset.z.clamp(-one, one), self.speed]);
-
-        let model = body.model();
-        for link in 1..model.links.len() {
-            let (origin, moves) = body.link(link);
-            vector(heading.to_local(origin), out);
-            vector(heading.to_local(moves - velocity.linear), out);
-        }
-        for blade in &model.blades {
-            for point in [blade.toe, blade.heel] {
-                let p = &model.contact_points[point];
-                let arm = body.link_rotation(p.link).mul_vec(Vec3::splat(p.position));
-                let y = root_position.y + body.link(p.link).0.y + arm.y;
-                out.push(y.clamp(-R::splat(0.1), R::splat(0.5)));
-            }
-        }
-        for (link, target) in self.next.joints.iter().enumerate().skip(1) {
-            let (rotation, velocity) = body.joint(link);
-            vector((rotation.conjugate() * *target).to_rotation_vector(), out);
-            vector(velocity, out);
+        let view = View {
+            now: &self.now,
+            next: &self.next,
+            reference_root: self.reference_root(),
+            reference_rotation: self.reference_rotation(),
+            wanted_velocity: self.wanted_velocity(),
+            speed: self.speed,
+            support: &self.support,
+            parameters: &self.parameters,
+            scan: &self.scan,
+        };
+        let frame = BodyFrame::of(body);
+        for term in &self.layout.terms {
+            term.write(&view, body, &frame, out);
         }
     }
 
@@ -382,8 +449,11 @@ impl<R: Real> Tracker<R> {
                 self.anchor_place.set_lane(lane, moved);
             }
             self.ticks[lane] = following;
-            self.next.set_lane(lane, &motion, self.following(following));
+            self.next.set_lane(lane, &motion, self.following(following), &self.values[lane]);
         }
+        // What carries the body carries its reference too.
+        let tick = R::splat(1.0 / motion.tick_rate());
+        self.anchor_place += self.support.velocity * tick;
         if let Some(leash) = self.options.leash {
             self.follow(sim, leash);
         }
@@ -432,7 +502,7 @@ impl<R: Real> Tracker<R> {
             ends: ends * R::splat(1.0 / self.motion.ends().len().max(1) as f64),
             root: root.length_squared(),
             spin: spin.length_squared(),
-            height: com.y - self.now.com_height,
+            height: com.y - (self.now.com_height + self.anchor_place.y),
             com_velocity: (com_velocity - self.wanted_velocity()).length_squared(),
             place: away.length_squared(),
         }

@@ -1,6 +1,6 @@
 //! The colliders near one athlete, as its ground.
 
-use crate::contact::{ContactCandidate, SupportHit, Surface, SurfaceHit, Terrain, World as Solids};
+use crate::contact::{AnchorMotion, ContactCandidate, SupportHit, Surface, SurfaceHit, Terrain, World as Solids};
 use crate::engine::avian::form::{FAR, Form};
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderPush};
@@ -297,6 +297,11 @@ impl Terrain<f64> for CollidersAndSolids<'_> {
 
     fn height(&self, point: Vec3<f64>) -> SupportHit<f64> {
         self.colliders.height(point).higher(&self.solids.height(point))
+    }
+
+    /// The solids of the world; colliders have no numbers.
+    fn anchor(&self, lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
+        Terrain::<f64>::anchor(self.solids, lane, solid, place)
     }
 
     fn yields(&self) -> bool {

@@ -58,7 +58,7 @@ impl AthleteController {
         body: &mut AthleteBody,
         assets: &ControllerAssets,
     ) -> Result<bool, AthleteRefusal> {
-        let rate = body.model().step_rate;
+        let rate = |skill: &TrainedSkill| skill.definition.simulation_rate(body.model());
         let director = match self {
             Self::Hold | Self::External => {
                 body.hold();
@@ -71,16 +71,19 @@ impl AthleteController {
             }
             Self::Skill { skill } => {
                 let Some(skill) = assets.skill(skill, body)? else { return Ok(false) };
+                let rate = rate(&skill);
                 Director::single(skill, rate)?
             }
             Self::Program(handle) => {
                 let Some(asset) = arrived(&assets.programs, handle, assets.server())? else { return Ok(false) };
                 let Some(skills) = assets.skills(&asset.skills, body)? else { return Ok(false) };
+                let rate = skills.first().map_or(body.model().step_rate, |s| rate(s));
                 let skills: BTreeMap<_, _> = skills.into_iter().map(|s| (s.name().to_owned(), s)).collect();
                 Director::program(&asset.program, &skills, rate)?
             }
             Self::Steer { skills } => {
                 let Some(skills) = assets.skills(skills, body)? else { return Ok(false) };
+                let rate = skills.first().map_or(body.model().step_rate, |s| rate(s));
                 Director::steering(skills, body.model(), rate)?
             }
         };

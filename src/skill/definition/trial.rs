@@ -1,7 +1,14 @@
 //! How the trials of a skill are drawn and judged.
 
-use crate::skill::{Criterion, PushOptions, Range};
+use super::{PushOptions, Range};
+use crate::control::tracking::TrackedMotion;
+use crate::skill::Criterion;
 use serde::{Deserialize, Serialize};
+
+/// Height of the root above its support below which an athlete has fallen, m, where nothing else is said.
+pub const PELVIS: f64 = 0.45;
+/// How far below the lowest point of its reference the root may be in a motion that goes low, m.
+const BELOW_MOTION: f64 = 0.15;
 
 /// What `athlete evaluate` and the measurements of a training try. A trial fails by a fall (anything but the blades on
 /// the ice, or the root below [`TrialOptions::pelvis`]) and by an unmet criterion. A skill without criteria fails as in
@@ -21,8 +28,9 @@ pub struct TrialOptions {
     pub velocity_noise: f64,
     /// Largest error of each joint's angular velocity at the start, rad/s.
     pub joint_velocity_noise: f64,
-    /// Height of the root below which the character has fallen, m.
-    pub pelvis: f64,
+    /// Height of the root above its support below which the character has fallen, m; `None` takes [`PELVIS`], or less where the motion
+    /// itself goes lower.
+    pub pelvis: Option<f64>,
     /// What is tried; by default one row.
     pub rows: Vec<TrialRow>,
     /// What a trial has to show.
@@ -38,7 +46,7 @@ impl Default for TrialOptions {
             joint_noise: 0.1,
             velocity_noise: 0.2,
             joint_velocity_noise: 0.0,
-            pelvis: 0.45,
+            pelvis: None,
             rows: Vec::new(),
             success: Vec::new(),
         }
@@ -60,4 +68,13 @@ pub struct TrialRow {
     /// Pushes.
     #[serde(default)]
     pub push: Option<PushOptions>,
+}
+
+impl TrialOptions {
+    /// Height of the root above its support below which an athlete that follows this motion has fallen, m.
+    pub fn pelvis_limit(&self, motion: &TrackedMotion) -> f64 {
+        let height = |k: usize| motion.tick(k).pose.root_position.y - motion.tick(k).support;
+        let lowest = (0..=motion.last()).map(height).fold(f64::INFINITY, f64::min);
+        self.pelvis.unwrap_or(PELVIS.min(lowest - BELOW_MOTION))
+    }
 }

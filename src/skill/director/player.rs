@@ -1,6 +1,7 @@
 //! One body through the skills that are chosen for it.
 
 use crate::asset::{StateError, StateReader, StateWriter};
+use crate::contact::Terrain;
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::model::CharacterModel;
@@ -240,7 +241,9 @@ impl Director {
         let mut view = self.view(sim);
         let Choice { enter, speed, turn } = self.kind.next(&mut view, &self.graph, &self.input);
         if let Some((skill, tick)) = enter {
+            let support = self.player.support();
             self.enter(skill);
+            self.player.set_support(&support);
             self.player.join(sim, tick);
         }
         if let Some(speed) = speed {
@@ -251,6 +254,18 @@ impl Director {
         if self.is_finished() && !std::mem::replace(&mut self.ended, true) {
             self.events.push_back(DirectorEvent::Ended);
         }
+    }
+
+    /// Looks at the ground, see [`SkillPlayer::sense`]; call it after a step and before [`Director::after_step`].
+    pub fn sense(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        if self.player.at_decision() {
+            self.player.sense(sim, terrain);
+        }
+    }
+
+    /// Steps per second at which a character performs its skills: the rate nearest to its own that fits their decisions.
+    pub fn simulation_rate(&self, model: &CharacterModel) -> f64 {
+        self.player.skill().definition.simulation_rate(model)
     }
 
     /// Call it after each step.

@@ -1,9 +1,10 @@
 //! Adam (Kingma, Ba 2015) and the clipping of gradients.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::bits;
+use super::instructions::arch;
 
 /// Adam's moments for one vector of parameters. Serialised exactly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,7 +64,7 @@ impl Adam {
             parameters,
             gradient,
         };
-        Arch::new().dispatch(step);
+        arch().dispatch(step);
     }
 }
 

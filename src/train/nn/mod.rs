@@ -47,11 +47,13 @@ mod activation;
 mod adam;
 mod bits;
 mod init;
+mod instructions;
 mod network;
 mod product;
 mod strips;
 
 pub use activation::Activation;
 pub use adam::{Adam, clip_norm};
+pub use instructions::{INSTRUCTIONS_VARIABLE, InstructionsError, instructions, known_instructions, use_instructions};
 pub use network::{Activations, Network, NetworkError};
 pub(crate) use network::{Batch, LaidOut};

@@ -4,12 +4,13 @@ mod activations;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::activation::Activation;
 use super::bits;
 use super::init::orthogonal;
+use super::instructions::arch;
 use super::product::{Activate, Differentiate, add_column_sums, add_outer_product, product};
 use super::strips::Strips;
 use crate::asset::dense_layers::DenseLayers;
@@ -211,7 +212,7 @@ impl Network {
         let Activations { pass, input: batch, values, output, weights, .. } = scratch;
         batch.0.pack(input, self.inputs());
         weights.forward.update(self);
-        Arch::new().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
+        arch().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
         *pass = Some((self.version, rows));
         output
     }
@@ -226,7 +227,7 @@ impl Network {
         assert!(weights.forward.fit(self), "weights of other parameters");
         assert_eq!(batch.0.columns(), self.inputs(), "a batch of {} inputs", self.inputs());
         let Activations { pass, values, output, .. } = scratch;
-        Arch::new().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
+        arch().dispatch(Forward { network: self, weights: &weights.forward, input: &batch.0, values, output });
         *pass = Some((self.version, batch.0.rows()));
         output
     }
@@ -249,7 +250,7 @@ impl Network {
         let Activations { input: batch, values, delta, weights, .. } = scratch;
         weights.backward.update(self);
         let weights = &weights.backward;
-        Arch::new().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
+        arch().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
     }
 
     /// [`Network::backward`] after [`Network::forward_batch`] with the same weights and rows.
@@ -265,7 +266,7 @@ impl Network {
         self.check_backward(scratch, batch.0.rows(), d_output, gradient);
         let Activations { values, delta, .. } = scratch;
         let weights = &weights.backward;
-        Arch::new().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
+        arch().dispatch(Backward { network: self, weights, input: &batch.0, values, delta, d_output, gradient });
     }
 
     fn check_backward(&self, scratch: &Activations, rows: usize, d_output: &[f32], gradient: &[f32]) {

@@ -1,6 +1,7 @@
 //! What is saved between windows: enough to go on as if nothing had happened.
 
 use super::{OptimizeError, OptimizeOptions, Plan};
+use crate::asset::read_file::read_text;
 use crate::control::{Offset, ReconstructedControl};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -24,6 +25,9 @@ pub struct Checkpoint {
     pub(super) points: Vec<Vec<Offset>>,
 }
 
+/// Largest file of a checkpoint, bytes.
+const MAX_CHECKPOINT_BYTES: u64 = 256 << 20;
+
 impl Checkpoint {
     /// Windows that are done.
     pub fn done(&self) -> usize {
@@ -34,7 +38,7 @@ impl Checkpoint {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, OptimizeError> {
         let path = path.as_ref();
         let failed = |reason: String| OptimizeError::Checkpoint { path: path.display().to_string(), reason };
-        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+        let text = read_text(path, MAX_CHECKPOINT_BYTES).map_err(|e| failed(e.fault.to_string()))?;
         ron::from_str(&text).map_err(|e| failed(format!("not a checkpoint: {e}")))
     }
 

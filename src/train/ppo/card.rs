@@ -4,16 +4,26 @@ use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard, reward_name};
 use crate::control::Policy;
 use crate::math::F32x8;
 use crate::train::ppo::evaluate::{evaluate, row_seed};
-use crate::train::ppo::quality::motion_quality;
+use crate::train::ppo::quality::{JointLoad, motion_quality};
 use crate::train::ppo::task::{SkillTask, TaskError};
 use std::collections::BTreeMap;
 
 /// Trials of the first row by which the quality of the motion is measured.
 const QUALITY_TRIALS: usize = 16;
 
-/// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate. The
-/// card, and for each row what the trials that did not count lacked and where in the motion they ended. `command` is what
-/// the card says it was made by.
+/// A card, and what was found beside it.
+#[derive(Clone, Debug)]
+pub struct CardReport {
+    /// The card.
+    pub card: RobustnessCard,
+    /// For each row what the trials that did not count lacked and where in the motion they ended.
+    pub shortfalls: Vec<String>,
+    /// What the joints had to bear in the trials by which the quality of the motion is measured.
+    pub joints: Vec<JointLoad>,
+}
+
+/// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate.
+/// `command` is what the card says it was made by.
 pub fn robustness_card(
     task: &SkillTask,
     policy: &Policy,
@@ -21,9 +31,10 @@ pub fn robustness_card(
     seed: u64,
     threads: usize,
     command: String,
-) -> Result<(RobustnessCard, Vec<String>), TaskError> {
+) -> Result<CardReport, TaskError> {
     let tables = task.trials()?;
     let (mut rows, mut shortfalls, mut quality) = (Vec::new(), Vec::new(), BTreeMap::new());
+    let mut joints = Vec::new();
     for (k, (name, row)) in tables.iter().enumerate() {
         let found = evaluate::<F32x8, _>(row, policy, trials, row_seed(seed, k), threads);
         rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
@@ -54,6 +65,7 @@ pub fn robustness_card(
         ] {
             quality.insert(name.to_owned(), value);
         }
+        joints = q.joints;
     }
     let card = RobustnessCard {
         version: CARD_VERSION,
@@ -67,5 +79,5 @@ pub fn robustness_card(
         quality,
         command,
     };
-    Ok((card, shortfalls))
+    Ok(CardReport { card, shortfalls, joints })
 }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 /// The curve with one line for each iteration; survival and reward are empty where they were not measured.
 pub fn curve_csv(curve: &[Iteration]) -> String {
     let mut csv = String::from(
-        "iteration,samples,seconds,reward,length_s,failed,divergence,rate,sigma,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
+        "iteration,samples,seconds,reward,length_s,failed,kl,learning_rate,action_std,critic_loss,survival,evaluated_reward,simulation_s,inference_s,learning_s\n",
     );
     for i in curve {
         let (survival, reward) =
@@ -15,7 +15,16 @@ pub fn curve_csv(curve: &[Iteration]) -> String {
         let _ = writeln!(
             csv,
             "{},{},{:.3},{:.5},{:.4},{:.4},{:.5},{:.3e},{:.4},{:.6},{survival},{reward},{a:.4},{b:.4},{c:.4}",
-            i.number, i.samples, i.seconds, i.reward, i.length, i.failed, i.divergence, i.rate, i.sigma, i.critic_loss
+            i.number,
+            i.samples,
+            i.seconds,
+            i.reward,
+            i.length,
+            i.failed,
+            i.kl,
+            i.learning_rate,
+            i.action_std,
+            i.critic_loss
         );
     }
     csv

@@ -1,25 +1,35 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
+use crate::asset::{Course, CourseInstance};
+use crate::contact::CourseTerrain;
 use crate::control::tracking::{Heading, TrackedMotion, Tracker, TrackingTerms};
+use crate::control::tracking_error;
 use crate::math::{RandomStream, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::{ExternalForce, Simulator, step};
 use crate::skill::disturb::{Disturbance, ball};
-use crate::skill::{PerformanceSample, Range, SETTLE, Shortfall, Transition, Watcher};
+use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall, SkillDefinition, Transition};
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// How a tick ended for one lane.
+/// Whether a lane's episode goes on after a tick, and why not.
+///
+/// The difference is in what the last state is worth (Pardo, Tavakoli, Levdik, Kormushev 2018, "Time Limits in Reinforcement
+/// Learning", equation 6). After *terminated* nothing follows: the episode's value ends with its last reward. *Truncated* is
+/// what was cut from outside; the last state is worth what the critic says of it.
+///
+/// The end of a motion truncates. It is the reference that is over, not the athlete: a game goes on from there with another
+/// skill. A value of nothing would make a good ending worth as little as a fall, and the last second free to fall in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// The trial goes on.
-    GoesOn,
-    /// The character fell or strayed too far.
-    Failed,
-    /// The time is up.
-    TimeUp,
+pub enum EpisodeStatus {
+    /// The episode goes on.
+    Running,
+    /// The character fell, strayed too far, or missed what the whole motion has to show.
+    Terminated,
+    /// The time is up, or the motion is over.
+    Truncated,
 }
 
 /// What a tick brought one lane.
@@ -27,18 +37,18 @@ pub enum Ending {
 pub struct Outcome {
     /// In [0, 1] less the effort.
     pub reward: f64,
-    /// How it ended.
-    pub ending: Ending,
+    /// Whether the episode goes on.
+    pub status: EpisodeStatus,
 }
 
-/// What an ended trial was.
+/// What an ended episode was.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial {
+pub struct Episode {
     /// Length, ticks.
     pub ticks: usize,
     /// Sum of rewards.
     pub reward: f64,
-    /// It ended by a failure.
+    /// It was terminated.
     pub failed: bool,
 }
 
@@ -116,8 +126,50 @@ pub struct Environment<R: Real> {
     lanes: Vec<Lane>,
     /// Starts after which a trial failed (soon, where the motion repeats), and that have not been lasted through since.
     hard_starts: Vec<TrialStart>,
-    watcher: Option<Watcher<R>>,
+    recorder: Option<PerformanceRecorder<R>>,
+    course: Option<LaneCourses<R>>,
     features: Vec<R>,
+}
+
+/// The course of every lane.
+struct LaneCourses<R: Real> {
+    course: Arc<Course>,
+    terrain: CourseTerrain<R>,
+    /// Work space: values of the course's parameters, and the course that they give.
+    values: Vec<f64>,
+    instance: CourseInstance,
+}
+
+impl<R: Real> LaneCourses<R> {
+    fn new(course: Arc<Course>, task: &SkillTask) -> Self {
+        let values = course.defaults();
+        // The course has been built with its defaults before.
+        let instance = course.instance(&values, 0).unwrap_or_default();
+        let terrain = CourseTerrain::new(Arc::new(task.world.clone()), &instance);
+        Self { course, terrain, values, instance }
+    }
+
+    /// Puts another course into a lane: the skill's parameters as drawn, all others at their defaults, and other bumps.
+    fn draw(&mut self, lane: usize, skill: &SkillDefinition, drawn: &[f64], random: &mut RandomStream) {
+        for (parameter, value) in skill.parameters.iter().zip(drawn) {
+            if let Some(index) = self.course.parameter(&parameter.name) {
+                self.values[index] = *value;
+            }
+        }
+        let seed = random.below(1 << 30) as u64;
+        // Values in the parameters' ranges give a course of the same kinds of solids; it was tried when the task was made.
+        if self.course.evaluate(&self.values, seed, &mut self.instance).is_ok() {
+            let fits = self.terrain.set_lane(lane, &self.instance);
+            debug_assert!(fits.is_ok(), "{fits:?}");
+        }
+    }
+
+    /// Time goes on by `h`, s.
+    fn advance(&mut self, h: f64) {
+        if self.terrain.moves() {
+            self.terrain.advance(h);
+        }
+    }
 }
 
 fn draw(random: &mut RandomStream, range: Range) -> f64 {
@@ -128,7 +180,7 @@ impl<R: Real> Environment<R> {
     /// A batch whose lanes have all begun a trial. `stream` names its random numbers.
     pub fn new(task: Arc<SkillTask>, seed: u64, stream: u64, starts: &StartSampler) -> Self {
         let mut sim = Simulator::<R>::new(task.model.clone(), task.settings);
-        let tracker = Tracker::new(task.motion.clone(), task.tracker);
+        let tracker = Tracker::new(task.motion.clone(), task.tracker, task.layout.clone());
         tracker.set_gains(&mut sim);
         if let Some(link) = task.push_link {
             let position = Vec3::splat(task.model.links[link].com);
@@ -141,7 +193,8 @@ impl<R: Real> Environment<R> {
             lanes: vec![Lane::new(0, 0.0, Heading::ahead()); R::LANES],
             hard_starts: Vec::new(),
             features: Vec::with_capacity(task.layout.size()),
-            watcher: Watcher::new(&task.model).filter(|_| task.watches_blades()),
+            course: task.course.as_ref().map(|course| LaneCourses::new(course.clone(), &task)),
+            recorder: task.watches_feet().then(|| PerformanceRecorder::new(&task.model)),
             task,
         };
         for lane in 0..R::LANES {
@@ -152,8 +205,8 @@ impl<R: Real> Environment<R> {
 
     /// How the next trial of a lane begins, and whether one has begun so before.
     fn next_start(&mut self, lane: usize, starts: &StartSampler) -> (TrialStart, bool) {
-        let again = starts.again();
-        if again > 0.0 {
+        let share = starts.replay_share();
+        if share > 0.0 {
             let ended = &mut self.lanes[lane];
             let soon = self.task.motion.cycle().is_none() || ended.age as f64 <= SOON * self.task.skill.control_rate;
             if let Some(start) = ended.start.take().filter(|_| ended.failed && soon) {
@@ -164,7 +217,7 @@ impl<R: Real> Environment<R> {
                     self.hard_starts[other] = start;
                 }
             }
-            if !self.hard_starts.is_empty() && self.random.uniform() < again {
+            if !self.hard_starts.is_empty() && self.random.uniform() < share {
                 let which = self.random.below(self.hard_starts.len());
                 return (self.hard_starts.swap_remove(which), true);
             }
@@ -199,12 +252,24 @@ impl<R: Real> Environment<R> {
                 (speed, speed)
             }
         };
+        if !task.skill.parameters.is_empty() {
+            let values: Vec<f64> = task.skill.parameters.iter().map(|p| draw(random, p.range)).collect();
+            self.tracker.set_parameters(lane, &values, &task.skill.normalise(&values));
+            if let Some(course) = &mut self.course {
+                course.draw(lane, &task.skill, &values, random);
+            }
+        } else if let Some(course) = &mut self.course {
+            course.draw(lane, &task.skill, &[], random);
+        }
         let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
         let tick = if follows {
             let (other, passage) = &task.before[random.below(task.before.len())];
             self.take_over(lane, other, *passage, start)
         } else {
-            self.tracker.begin(&mut self.sim, lane, tick, start);
+            // A motion over obstacles begins where it is in its own world.
+            let over = task.course.is_some() && motion.cycle().is_none();
+            let place = if over { self.tracker.place_of(lane, tick) } else { DVec3::ZERO };
+            self.tracker.begin_at(&mut self.sim, lane, tick, start, Heading::ahead(), place);
             tick
         };
         self.tracker.set_speed(lane, speed);
@@ -317,21 +382,28 @@ impl<R: Real> Environment<R> {
         let mut touched = none;
         for part in 0..SUBTICKS {
             self.tracker.command(&mut self.sim, (part + 1) as f64 / SUBTICKS as f64);
-            if let Some(watcher) = &mut self.watcher {
-                watcher.forget();
+            if let Some(recorder) = &mut self.recorder {
+                recorder.forget();
             }
             for k in 0..steps {
-                step(&mut self.sim, &task.world);
-                if let Some(watcher) = &mut self.watcher {
-                    watcher.look(&self.sim);
+                match &mut self.course {
+                    None => step(&mut self.sim, &task.world),
+                    Some(course) => {
+                        step(&mut self.sim, &course.terrain);
+                        course.advance(1.0 / task.settings.rate);
+                    }
+                }
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.look(&self.sim);
                 }
                 look(&mut self.sim, k + 1 == steps);
             }
             for &p in &task.forbidden {
                 touched = touched | R::zero().lt(self.sim.state.contact_impulses[p].length_squared());
             }
-            if let (true, Some(watcher)) = (self.lanes.iter().any(|l| l.whole), &self.watcher) {
-                for (l, mut sample) in self.lanes.iter_mut().zip(watcher.sample(&mut self.sim, 0.0)) {
+            if let (true, Some(recorder)) = (self.lanes.iter().any(|l| l.whole), &self.recorder) {
+                let support = self.tracker.support();
+                for (l, mut sample) in self.lanes.iter_mut().zip(recorder.sample(&mut self.sim, 0.0, support)) {
                     if !l.whole {
                         continue;
                     }
@@ -341,7 +413,16 @@ impl<R: Real> Environment<R> {
             }
         }
         self.turn_with_cycles();
+        match &self.course {
+            None => self.tracker.sense(&mut self.sim, &task.world),
+            Some(course) => self.tracker.sense(&mut self.sim, &course.terrain),
+        }
         self.tracker.advance(&self.sim);
+        for (lane, l) in self.lanes.iter_mut().enumerate() {
+            if let Some(sample) = l.samples.last_mut() {
+                sample.error = Some(tracking_error(&self.sim, lane, &self.tracker.reference_pose(lane)));
+            }
+        }
         let terms = self.tracker.terms(&mut self.sim, &task.weights);
         (0..R::LANES)
             .map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size]))
@@ -352,7 +433,7 @@ impl<R: Real> Environment<R> {
         let task = self.task.clone();
         let Some(push) = task.skill.episode.push.as_ref().filter(|_| task.push_link.is_some()) else { return };
         for lane in 0..R::LANES {
-            let in_air = self.watcher.as_ref().is_some_and(|w| w.pressed(lane) == [false; 2]);
+            let in_air = self.recorder.as_ref().is_some_and(|w| w.pressed(lane) == [false; 2]);
             let l = &mut self.lanes[lane];
             if push.airborne
                 && l.push_from == usize::MAX
@@ -399,7 +480,8 @@ impl<R: Real> Environment<R> {
             || limits.turn.is_some_and(|most| self.dragged_round(lane).c < most.cos())
             || (limits.standing_foot && self.standing_foot_up(lane));
         let trial = &self.task.skill.trial;
-        let fallen = touched || self.sim.state.root_position.y.lane(lane) < trial.pelvis;
+        let above = self.sim.state.root_position.y.lane(lane) - self.tracker.support().height.lane(lane);
+        let fallen = touched || above < self.task.pelvis;
         let failed = !self.sim.is_sane(lane)
             || !reward.is_finite()
             || if self.task.judged { fallen || (trial.success.is_empty() && strayed) } else { strayed };
@@ -420,31 +502,31 @@ impl<R: Real> Environment<R> {
             l.shortfall = verdict.err();
         }
         l.failed = failed || l.shortfall.is_some();
-        let ending = if l.failed {
-            Ending::Failed
+        let status = if l.failed {
+            EpisodeStatus::Terminated
         } else if l.age >= l.limit {
-            Ending::TimeUp
+            EpisodeStatus::Truncated
         } else {
-            Ending::GoesOn
+            EpisodeStatus::Running
         };
-        Outcome { reward, ending }
+        Outcome { reward, status }
     }
 
     /// Whether a blade is on the ice that the motion has in the air.
     fn free_foot_down(&self, lane: usize) -> bool {
         let settled = self.lanes[lane].age as f64 >= SETTLE * self.task.skill.control_rate;
-        let Some(watcher) = self.watcher.as_ref().filter(|_| settled) else { return false };
+        let Some(recorder) = self.recorder.as_ref().filter(|_| settled) else { return false };
         let free = self.task.free_feet[self.tracker.tick(lane)];
-        watcher.pressed(lane).iter().zip(free).any(|(down, free)| *down && free)
+        recorder.pressed(lane).iter().zip(free).any(|(down, free)| *down && free)
     }
 
     /// Whether a blade that the motion has on the ice has been without contact at two ticks in a row.
     fn standing_foot_up(&mut self, lane: usize) -> bool {
         let l = &mut self.lanes[lane];
         let settled = l.age as f64 >= SETTLE * self.task.skill.control_rate;
-        let Some(watcher) = self.watcher.as_ref().filter(|_| settled) else { return false };
+        let Some(recorder) = self.recorder.as_ref().filter(|_| settled) else { return false };
         let stands = self.task.standing_feet[self.tracker.tick(lane)];
-        let up = watcher.pressed(lane).iter().zip(stands).any(|(down, stands)| !*down && stands);
+        let up = recorder.pressed(lane).iter().zip(stands).any(|(down, stands)| !*down && stands);
         l.lifted = if up { l.lifted + 1 } else { 0 };
         l.lifted >= 2
     }
@@ -464,10 +546,10 @@ impl<R: Real> Environment<R> {
         self.tracker.heading(lane).relative_to(self.lanes[lane].heading)
     }
 
-    /// The trial of a lane so far.
-    pub fn trial(&self, lane: usize, ending: Ending) -> Trial {
+    /// The episode of a lane so far.
+    pub fn episode(&self, lane: usize, status: EpisodeStatus) -> Episode {
         let l = &self.lanes[lane];
-        Trial { ticks: l.age, reward: l.reward, failed: ending == Ending::Failed }
+        Episode { ticks: l.age, reward: l.reward, failed: status == EpisodeStatus::Terminated }
     }
 
     /// What a lane's trial lacked when it ended, where it is judged or shows the whole motion.
@@ -514,8 +596,8 @@ mod tests {
     /// How every trial within four seconds without a policy begins: the rotation of a joint, which is off at random.
     fn beginnings(again: f64) -> Vec<[u64; 2]> {
         let task = task();
-        let mut starts = StartSampler::even(task.motion.last(), false);
-        starts.set_again(again);
+        let mut starts = StartSampler::uniform(task.motion.last(), false);
+        starts.set_replay_share(again);
         let mut env = Environment::<Lanes>::new(task.clone(), 3, 1, &starts);
         let bits = |env: &Environment<Lanes>, lane: usize| {
             let joint = env.sim.state.joints[3].rotation.lane(lane);
@@ -525,7 +607,7 @@ mod tests {
         let nothing = vec![0.0; Lanes::LANES * task.action_size()];
         for _ in 0..120 {
             for (lane, outcome) in env.tick(&nothing).into_iter().enumerate() {
-                if outcome.ending != Ending::GoesOn {
+                if outcome.status != EpisodeStatus::Running {
                     env.reset(lane, &starts);
                     all.push(bits(&env, lane));
                 }
@@ -544,8 +626,8 @@ mod tests {
         assert!(different(&again) < 2 * Lanes::LANES, "{} of {}", different(&again), again.len());
     }
 
-    /// How the first trials that begin at `start` (s) of a second of the motion end, with no limit in their way.
-    fn end_of_trials(start: f64, success: Vec<Criterion>) -> Ending {
+    /// How the first episodes that begin at `start` (s) of a second of the motion end, with no limit in their way.
+    fn end_of_trials(start: f64, success: Vec<Criterion>) -> EpisodeStatus {
         let mut task = SkillTask::clone(&task());
         let skill = &mut task.skill;
         skill.window = Some((0.0, 1.0));
@@ -554,18 +636,18 @@ mod tests {
         (skill.limits.height, skill.limits.root, skill.limits.pose, skill.limits.place) = (10.0, 10.0, 10.0, 1e3);
         skill.trial.success = success;
         let task = Arc::new(SkillTask::new(&task.skill, task.model, &task.clip).unwrap());
-        let mut env = Environment::<f64>::new(task.clone(), 3, 1, &StartSampler::even(task.motion.last(), false));
+        let mut env = Environment::<f64>::new(task.clone(), 3, 1, &StartSampler::uniform(task.motion.last(), false));
         let nothing = vec![0.0; task.action_size()];
-        (0..=30).map(|_| env.tick(&nothing)[0].ending).find(|e| *e != Ending::GoesOn).unwrap()
+        (0..=30).map(|_| env.tick(&nothing)[0].status).find(|e| *e != EpisodeStatus::Running).unwrap()
     }
 
     #[test]
     fn what_a_whole_motion_lacks_counts_as_a_fall_in_training_too() {
         let fast = |at_least| vec![Criterion::KeptSpeed { at_least, seconds: 0.1 }];
-        assert_eq!(end_of_trials(0.0, Vec::new()), Ending::TimeUp);
-        assert_eq!(end_of_trials(0.0, fast(50.0)), Ending::Failed);
-        assert_eq!(end_of_trials(0.0, fast(0.0)), Ending::TimeUp);
+        assert_eq!(end_of_trials(0.0, Vec::new()), EpisodeStatus::Truncated);
+        assert_eq!(end_of_trials(0.0, fast(50.0)), EpisodeStatus::Terminated);
+        assert_eq!(end_of_trials(0.0, fast(0.0)), EpisodeStatus::Truncated);
         // A part of the motion cannot show all of it.
-        assert_eq!(end_of_trials(0.5, fast(50.0)), Ending::TimeUp);
+        assert_eq!(end_of_trials(0.5, fast(50.0)), EpisodeStatus::Truncated);
     }
 }

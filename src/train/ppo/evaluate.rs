@@ -2,7 +2,7 @@
 
 use crate::math::Real;
 use crate::train::nn::{Activations, Network};
-use crate::train::ppo::environment::{Ending, Environment};
+use crate::train::ppo::environment::{Environment, EpisodeStatus};
 use crate::train::ppo::normalizer::Normalizer;
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::SkillTask;
@@ -150,7 +150,7 @@ fn run_batch<R: Real, A: Actor>(
     batch: u64,
     wanted: usize,
 ) -> Vec<Tried> {
-    let starts = StartSampler::even(task.motion.last(), task.motion.cycle().is_some());
+    let starts = StartSampler::uniform(task.motion.last(), task.motion.cycle().is_some());
     let mut env = Environment::<R>::new(task.clone(), seed, 0x4556_0000 + batch, &starts);
     let size = task.layout.size();
     let mut rows = vec![0.0; R::LANES * size];
@@ -168,9 +168,9 @@ fn run_batch<R: Real, A: Actor>(
             }
             let action = &actions[lane * per..(lane + 1) * per];
             effort[lane] += action.iter().map(|a| f64::from(a * a)).sum::<f64>() / per as f64;
-            if outcome.ending != Ending::GoesOn {
+            if outcome.status != EpisodeStatus::Running {
                 open[lane] = false;
-                let trial = env.trial(lane, outcome.ending);
+                let trial = env.episode(lane, outcome.status);
                 let lacked = env.shortfall(lane).map_or("limits", |s| s.condition);
                 results[lane] = Tried {
                     failure: trial.failed.then_some(lacked),

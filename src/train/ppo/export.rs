@@ -7,10 +7,11 @@ use crate::asset::policy_contract::{
 use crate::asset::policy_fit::fingerprint_text;
 use crate::control::Policy;
 use crate::skill::SkillDefinition;
+use crate::train::export_onnx::{ExportError, policy_bytes};
 use crate::train::nn::{Activation, Activations, Network};
 use crate::train::ppo::evaluate::Actor;
 use crate::train::ppo::task::SkillTask;
-use crate::train::ppo::trainer::Trained;
+use crate::train::ppo::trainer::{Trained, Trainer};
 
 /// The layers of a network, for export.
 impl From<&Network> for DenseLayers {
@@ -71,6 +72,18 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
         golden: GoldenPair { observation: golden, action },
     };
     (DenseLayers::from(&actor), contract)
+}
+
+impl Trainer {
+    /// The file of the policy as it is now, in memory, read back and checked as [`save_policy`](crate::train::save_policy) does.
+    /// `motion_file` is the name of the clip that will lie beside it. Before the first iteration it tells whether what will be learnt
+    /// can be written: layers, layout and contract do not change.
+    pub fn policy_file(&self, motion_file: &str) -> Result<Vec<u8>, ExportError> {
+        let (layers, contract) = trained_policy(self.task(), &self.present(), motion_file);
+        let bytes = policy_bytes(&layers, &contract)?;
+        Policy::from_bytes(&bytes, &self.task().skill.name)?;
+        Ok(bytes)
+    }
 }
 
 /// A policy read from its file acts as in a game: raw observations through tract. Rows that it refuses get no action.

@@ -1,14 +1,16 @@
-//! Learning a policy by reinforcement: proximal policy optimisation over trials in lanes.
+//! Learning a policy by reinforcement: proximal policy optimisation over episodes in lanes.
 //!
 //! After Peng et al. 2018, "DeepMimic", and Yu, Park, Lee 2019, Section 6.2. What happens in an iteration: `rollout.rs` plays
-//! (`environment.rs` is a batch of trials, `sampling.rs` says where they begin), `learner.rs` updates actor and critic,
+//! (`environment.rs` runs episodes in lanes, `sampling.rs` says where they begin, `experience.rs` holds what was seen), `learner.rs` updates actor and critic,
 //! `trainer.rs` repeats (by the numbers of `options.rs`), measures, and keeps the best.
 
 #[cfg(feature = "policy")]
 mod card;
 mod curve;
 mod environment;
+mod error;
 mod evaluate;
+mod experience;
 #[cfg(feature = "policy")]
 mod export;
 mod learner;
@@ -21,15 +23,18 @@ mod task;
 mod trainer;
 
 #[cfg(feature = "policy")]
-pub use card::robustness_card;
+pub use card::{CardReport, robustness_card};
 pub use curve::curve_csv;
-pub use environment::{Ending, Environment, Outcome, Trial};
+pub use environment::{Environment, Episode, EpisodeStatus, Outcome};
+pub use error::TrainError;
+pub(crate) use evaluate::MeanActor;
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::trained_policy;
 pub use normalizer::Normalizer;
 pub use options::TrainOptions;
-pub use quality::{MotionQuality, motion_quality};
+pub use quality::{JointLoad, MotionQuality, motion_quality};
+pub(crate) use rollout::Lanes;
 pub use sampling::StartSampler;
 pub use task::{SkillTask, TaskError};
-pub use trainer::{Iteration, TrainError, Trained, Trainer};
+pub use trainer::{Iteration, Trained, Trainer};

@@ -1,6 +1,6 @@
 //! The numbers of a training, and which of them can be used.
 
-use crate::train::ppo::trainer::TrainError;
+use crate::train::ppo::error::TrainError;
 use serde::{Deserialize, Serialize};
 
 /// How to learn.
@@ -11,9 +11,10 @@ pub struct TrainOptions {
     pub seed: u64,
     /// Threads.
     pub threads: usize,
-    /// Pods of 64 trials.
-    pub pods: usize,
-    /// Ticks of every trial in an iteration.
+    /// Batches of 64 episodes side by side.
+    #[serde(alias = "pods")]
+    pub env_batches: usize,
+    /// Ticks of every lane in an iteration.
     pub ticks: usize,
     /// Rows of a minibatch.
     pub minibatch: usize,
@@ -28,31 +29,40 @@ pub struct TrainOptions {
     /// Bound of the probability ratio.
     pub clip: f32,
     /// First learning rate; it follows the divergence.
-    pub rate: f32,
-    /// Divergence at which an iteration's update stops and the learning rate falls; below half of it the rate rises.
-    pub divergence: f32,
+    #[serde(alias = "rate")]
+    pub learning_rate: f32,
+    /// Kullback-Leibler divergence of the new policy from the old at which an iteration's update stops and the learning rate
+    /// falls; below half of it the rate rises.
+    #[serde(alias = "divergence")]
+    pub kl: f32,
     /// How strongly an action is drawn to those before and after it (Mysore, Mabsout, Mancuso, Saenko 2021, "Regularizing
     /// Action Policies for Smooth Control", equation 2); 0 not at all.
     pub smoothness: f32,
     /// The policy that is measured and kept is a running mean of the actor's parameters over about so many iterations.
     pub average: usize,
     /// Standard deviation of the exploration at the start and in the end, in units of the action.
-    pub sigma: (f32, f32),
+    #[serde(alias = "sigma")]
+    pub action_std: (f32, f32),
     /// Samples over which it falls from the first to the last.
-    pub sigma_samples: f64,
+    #[serde(alias = "sigma_samples")]
+    pub action_std_samples: f64,
     /// What exploration and divergence are multiplied by in the end. Once the motion can be done (a measured survival of
     /// 90 %, and of 80 % in every row), smaller changes of the policy make it robust, larger ones undo as much as they gain.
-    pub settled: (f32, f32),
+    #[serde(alias = "settled")]
+    pub anneal: (f32, f32),
     /// Samples with which the motion can be done, over which they fall.
-    pub settle_samples: f64,
+    #[serde(alias = "settle_samples")]
+    pub anneal_samples: f64,
     /// Iterations after which the normaliser stays.
     pub normalizer_iterations: usize,
-    /// Part of the trials that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
-    /// of where, and at the speeds at which, trials fail.
-    pub even_starts: f64,
-    /// Part of the trials that begin exactly as one began that failed (within two seconds, where the motion repeats), once the
+    /// Part of the episodes that begin anywhere in the motion and at any of its speeds, 0 to 1; the others begin shortly ahead
+    /// of where, and at the speeds at which, episodes fail.
+    #[serde(alias = "even_starts")]
+    pub uniform_share: f64,
+    /// Part of the episodes that begin exactly as one began that failed (within two seconds, where the motion repeats), once the
     /// motion can be done (a measured survival of 90 %); a start that has been lasted through is forgotten.
-    pub hard_starts: f64,
+    #[serde(alias = "hard_starts")]
+    pub replay_share: f64,
     /// Iterations at the beginning in which only the critic learns: for an actor that can do something already.
     pub critic_first: usize,
     /// Trials of a measurement.
@@ -69,7 +79,7 @@ impl Default for TrainOptions {
         Self {
             seed: 1,
             threads: crate::train::default_threads(),
-            pods: 4,
+            env_batches: 4,
             ticks: 32,
             minibatch: 1024,
             epochs: 2,
@@ -77,17 +87,17 @@ impl Default for TrainOptions {
             gamma: 0.97,
             lambda: 0.95,
             clip: 0.2,
-            rate: 3e-4,
-            divergence: 0.06,
+            learning_rate: 3e-4,
+            kl: 0.06,
             smoothness: 0.1,
             average: 20,
-            sigma: (0.4, 0.08),
-            sigma_samples: 4e6,
-            settled: (0.6, 0.33),
-            settle_samples: 1e7,
+            action_std: (0.4, 0.08),
+            action_std_samples: 4e6,
+            anneal: (0.6, 0.33),
+            anneal_samples: 1e7,
             normalizer_iterations: 60,
-            even_starts: 0.4,
-            hard_starts: 0.25,
+            uniform_share: 0.4,
+            replay_share: 0.25,
             critic_first: 0,
             evaluation_trials: 128,
             evaluate_every: 20,
@@ -103,8 +113,8 @@ impl TrainOptions {
         if !(1..=256).contains(&self.threads) {
             return bad("threads", self.threads.to_string(), "1 to 256");
         }
-        if !(1..=4096).contains(&self.pods) {
-            return bad("pods", self.pods.to_string(), "1 to 4096");
+        if !(1..=4096).contains(&self.env_batches) {
+            return bad("env_batches", self.env_batches.to_string(), "1 to 4096");
         }
         if !(1..=4096).contains(&self.ticks) {
             return bad("ticks", self.ticks.to_string(), "1 to 4096");
@@ -118,24 +128,24 @@ impl TrainOptions {
         if !(0.0..1.0).contains(&self.gamma) || !(0.0..=1.0).contains(&self.lambda) {
             return bad("gamma, lambda", format!("{}, {}", self.gamma, self.lambda), "from 0 to 1");
         }
-        if !(self.sigma.0 > 0.0 && self.sigma.1 > 0.0 && self.sigma.0.is_finite() && self.sigma.1.is_finite()) {
-            return bad("sigma", format!("{:?}", self.sigma), "two positive numbers");
+        if ![self.action_std.0, self.action_std.1].iter().all(|s| *s > 0.0 && s.is_finite()) {
+            return bad("action_std", format!("{:?}", self.action_std), "two positive numbers");
         }
-        for (option, number) in [("clip", self.clip), ("rate", self.rate), ("divergence", self.divergence)] {
+        for (option, number) in [("clip", self.clip), ("learning_rate", self.learning_rate), ("kl", self.kl)] {
             if !(number > 0.0 && number.is_finite()) {
                 return bad(option, number.to_string(), "more than 0");
             }
         }
         let factor = |f: f32| f > 0.0 && f <= 1.0;
-        if !(factor(self.settled.0) && factor(self.settled.1)) {
-            return bad("settled", format!("{:?}", self.settled), "two numbers, more than 0 and up to 1");
+        if !(factor(self.anneal.0) && factor(self.anneal.1)) {
+            return bad("anneal", format!("{:?}", self.anneal), "two numbers, more than 0 and up to 1");
         }
         if !(self.smoothness >= 0.0 && self.smoothness.is_finite()) {
             return bad("smoothness", self.smoothness.to_string(), "0 or more");
         }
         let shares = [
-            ("even_starts", self.even_starts),
-            ("hard_starts", self.hard_starts),
+            ("uniform_share", self.uniform_share),
+            ("replay_share", self.replay_share),
             ("evaluation_share", self.evaluation_share),
         ];
         for (option, share) in shares {
@@ -143,8 +153,8 @@ impl TrainOptions {
                 return bad(option, share.to_string(), "0 to 1");
             }
         }
-        if self.settle_samples.is_nan() || self.settle_samples <= 0.0 {
-            return bad("settle_samples", self.settle_samples.to_string(), "more than 0");
+        if self.anneal_samples.is_nan() || self.anneal_samples <= 0.0 {
+            return bad("anneal_samples", self.anneal_samples.to_string(), "more than 0");
         }
         if !(1..=10_000).contains(&self.average) {
             return bad("average", self.average.to_string(), "1 to 10000 iterations");

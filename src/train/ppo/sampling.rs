@@ -1,6 +1,6 @@
-//! Where and how fast trials begin: more often ahead of the places, and at the speeds, where trials fail.
+//! Where and how fast episodes begin: more often ahead of the places, and at the speeds, where episodes fail.
 //!
-//! A trial of the training ends by limits that are narrower than what counts in the end, and by its exploration. So how often a
+//! An episode of the training ends by limits that are narrower than what counts in the end, and by its exploration. So how often a
 //! speed is drawn also follows from how often measured trials at that speed fail ([`StartSampler::weigh_speeds`]).
 
 use crate::math::RandomStream;
@@ -18,7 +18,7 @@ pub(crate) const SPEED_PARTS: usize = SPEEDS * FINE;
 /// How fast old counts fade, per update.
 const FADE: f64 = 0.97;
 
-/// Draws starting ticks and speeds; counts where trials fail.
+/// Draws starting ticks and speeds; counts where episodes fail.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct StartSampler {
     last: usize,
@@ -26,12 +26,12 @@ pub struct StartSampler {
     failures: Vec<f64>,
     cumulative: Vec<f64>,
     cyclic: bool,
-    /// Part of the starts that is even over the motion and the speeds.
-    #[serde(default = "evenly")]
-    even: f64,
-    /// Part of the trials that begin as one began that failed.
-    #[serde(default)]
-    again: f64,
+    /// Part of the starts that is uniform over the motion and the speeds.
+    #[serde(default = "all_uniform", alias = "even")]
+    uniform_share: f64,
+    /// Part of the episodes that begin as one began that failed.
+    #[serde(default, alias = "again")]
+    replay_share: f64,
     /// How much more each part of the speeds is to blame than what was counted says.
     #[serde(default = "as_counted")]
     weights: [f64; SPEED_PARTS],
@@ -41,7 +41,7 @@ fn as_counted() -> [f64; SPEED_PARTS] {
     [1.0; SPEED_PARTS]
 }
 
-fn evenly() -> f64 {
+fn all_uniform() -> f64 {
     1.0
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct StartCounts {
 }
 
 impl StartCounts {
-    /// A tick was passed at `tick`, in a trial at that part (0 to 1) of the range of speeds.
+    /// A tick was passed at `tick`, in an episode at that part (0 to 1) of the range of speeds.
     pub fn visit(&mut self, tick: usize, speed: f64, failed: bool) {
         let slice = ((speed * SPEEDS as f64) as usize).min(SPEEDS - 1);
         let bin = ((tick / BIN) * SPEEDS + slice).min(self.visits.len() - 1);
@@ -63,13 +63,13 @@ impl StartCounts {
 }
 
 impl StartSampler {
-    /// An even sampler for a motion whose last tick is `last`.
-    pub fn even(last: usize, cyclic: bool) -> Self {
-        Self::new(last, cyclic, evenly())
+    /// A uniform sampler for a motion whose last tick is `last`.
+    pub fn uniform(last: usize, cyclic: bool) -> Self {
+        Self::new(last, cyclic, all_uniform())
     }
 
-    /// A sampler of whose starts the part `even` stays even.
-    pub(crate) fn new(last: usize, cyclic: bool, even: f64) -> Self {
+    /// A sampler of whose starts the part `uniform_share` stays uniform.
+    pub(crate) fn new(last: usize, cyclic: bool, uniform_share: f64) -> Self {
         let zeros = vec![0.0; last.max(1).div_ceil(BIN) * SPEEDS];
         let visits = vec![1.0; zeros.len()];
         let mut sampler = Self {
@@ -78,15 +78,15 @@ impl StartSampler {
             failures: zeros.clone(),
             cumulative: zeros,
             cyclic,
-            even,
-            again: 0.0,
+            uniform_share,
+            replay_share: 0.0,
             weights: as_counted(),
         };
         sampler.refresh();
         sampler
     }
 
-    /// How likely a trial lasts from the start of the motion to its end, by what was counted (0 to 1).
+    /// How likely an episode lasts from the start of the motion to its end, by what was counted (0 to 1).
     fn lasting(&self) -> f64 {
         let sum = |counts: &[f64]| counts.iter().sum::<f64>();
         let places = self.visits.chunks(SPEEDS).zip(self.failures.chunks(SPEEDS));
@@ -95,24 +95,24 @@ impl StartSampler {
             .product()
     }
 
-    /// Grows from 0 to 1 while a motion is learnt: 1 once one trial of four would last from its start to its end.
+    /// Grows from 0 to 1 while a motion is learnt: 1 once one episode of four would last from its start to its end.
     pub(crate) fn ripeness(&self) -> f64 {
         (4.0 * self.lasting()).min(1.0)
     }
 
-    /// Part of the trials that repeat a start that failed.
-    pub(crate) fn again(&self) -> f64 {
-        self.again
+    /// Part of the episodes that repeat a start that failed.
+    pub(crate) fn replay_share(&self) -> f64 {
+        self.replay_share
     }
 
-    /// Which part of the trials repeats starts that failed.
-    pub(crate) fn set_again(&mut self, again: f64) {
-        self.again = again;
+    /// Which part of the episodes repeats starts that failed.
+    pub(crate) fn set_replay_share(&mut self, share: f64) {
+        self.replay_share = share;
     }
 
-    /// Which part of the starts stays even.
-    pub(crate) fn set_even(&mut self, even: f64) {
-        self.even = even;
+    /// Which part of the starts stays uniform.
+    pub(crate) fn set_uniform_share(&mut self, share: f64) {
+        self.uniform_share = share;
         self.refresh();
     }
 
@@ -157,7 +157,7 @@ impl StartSampler {
         let total: f64 = blame.iter().sum::<f64>().max(1e-9);
         let mut sum = 0.0;
         for (bin, cumulative) in self.cumulative.iter_mut().enumerate() {
-            sum += self.even / blame.len() as f64 + (1.0 - self.even) * blame[bin] / total;
+            sum += self.uniform_share / blame.len() as f64 + (1.0 - self.uniform_share) * blame[bin] / total;
             *cumulative = sum;
         }
     }
@@ -175,11 +175,11 @@ impl StartSampler {
         }
         let before = bin.checked_sub(1).map_or(0.0, |b| self.cumulative[b]);
         let all = self.cumulative[bin] - before;
-        // What is even over the speeds stays even.
-        let even = (self.even / self.cumulative.len() as f64).min(all);
+        // What is uniform over the speeds stays so.
+        let uniform = (self.uniform_share / self.cumulative.len() as f64).min(all);
         let mut left = u * all;
         for (part, weight) in weights.iter().enumerate() {
-            let share = (even + (all - even) * weight / mean(weights)) / FINE as f64;
+            let share = (uniform + (all - uniform) * weight / mean(weights)) / FINE as f64;
             if left < share {
                 return (part as f64 + left / share) / FINE as f64;
             }
@@ -216,14 +216,14 @@ mod tests {
     }
 
     #[test]
-    fn starts_are_even_until_something_fails() {
+    fn starts_are_uniform_until_something_fails() {
         let (early, slow) = drawn(&StartSampler::new(80, false, 0.4));
         assert!((4_800..5_200).contains(&early), "{early}");
         assert!((1_800..2_200).contains(&slow), "{slow}");
     }
 
     #[test]
-    fn more_trials_begin_ahead_of_failures_and_at_their_speed() {
+    fn more_episodes_begin_ahead_of_failures_and_at_their_speed() {
         let mut sampler = StartSampler::new(80, false, 0.4);
         let mut counts = sampler.counts();
         for k in 0..8_000 {
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn a_motion_is_lasted_through_as_its_ticks_are() {
-        let mut sampler = StartSampler::even(80, false);
+        let mut sampler = StartSampler::uniform(80, false);
         assert_eq!(sampler.lasting(), 1.0);
         let mut counts = sampler.counts();
         // One of a thousand fails at each tick.
@@ -281,8 +281,8 @@ mod tests {
 
     #[test]
     fn samplers_of_different_motions_do_not_fit() {
-        let sampler = StartSampler::even(80, false);
-        assert!(sampler.fits(&StartSampler::even(80, false)));
-        assert!(!sampler.fits(&StartSampler::even(40, false)) && !sampler.fits(&StartSampler::even(80, true)));
+        let sampler = StartSampler::uniform(80, false);
+        assert!(sampler.fits(&StartSampler::uniform(80, false)));
+        assert!(!sampler.fits(&StartSampler::uniform(40, false)) && !sampler.fits(&StartSampler::uniform(80, true)));
     }
 }

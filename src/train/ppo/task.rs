@@ -1,13 +1,15 @@
 //! A skill made ready for trials: its motion laid out for the character, its world, its numbers.
 
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::contact::{Surface, World};
+use crate::asset::{Course, CourseError};
+use crate::contact::{CourseTerrain, Surface, Terrain, World};
 use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions};
-use crate::model::{CharacterModel, ContactPoint, LinkTransform, ModelPose, SharedModel};
+use crate::math::Vec3;
+use crate::model::{CharacterModel, ContactPoint, Foot, FootKind, LinkTransform, ModelPose, SharedModel, Side};
 use crate::sim::SimulationSettings;
 use crate::skill::{
-    ENTRY, EpisodeOptions, PushOptions, Range, SkillDefinition, SkillError, Transition, TrialRow, best_transition,
-    blade_pair, forbidden_points,
+    Criterion, ENTRY, EpisodeOptions, PushOptions, Range, SkillDefinition, SkillError, Transition, TrialRow,
+    best_transition, fitting_rate,
 };
 use std::sync::Arc;
 
@@ -35,13 +37,25 @@ pub enum TaskError {
         /// Decisions per second.
         control_rate: f64,
     },
-    /// The criteria need blades.
-    #[error("skill {skill}: trial.success: {character} has no left and right blade; valid: a skater, or no criteria")]
-    Blades {
+    /// Something is asked of feet that the character lacks.
+    #[error(
+        "skill {skill}: {field}: {character} has no feet; valid: a character with feet, or nothing that asks for them"
+    )]
+    Feet {
         /// The skill.
         skill: String,
+        /// What asks for feet.
+        field: &'static str,
         /// The character.
         character: String,
+    },
+    /// The course cannot be built for the skill.
+    #[error("skill {skill}: {source}")]
+    Course {
+        /// The skill.
+        skill: String,
+        /// What is wrong with it.
+        source: Box<CourseError>,
     },
     /// A push names no link.
     #[error("skill {skill}: push.link `{link}`: valid is one of {valid}")]
@@ -69,9 +83,11 @@ pub struct SkillTask {
     /// How it is followed.
     pub tracker: TrackerOptions,
     /// What a policy sees.
-    pub layout: ObservationLayout,
+    pub layout: Arc<ObservationLayout>,
     /// The world.
     pub world: World,
+    /// Obstacles, drawn for every episode.
+    pub course: Option<Arc<Course>>,
     /// Friction coefficient of its surface.
     pub friction: f64,
     /// Settings of the simulation; the rate is that of training.
@@ -82,9 +98,11 @@ pub struct SkillTask {
     pub forbidden: Vec<usize>,
     /// Link that is pushed.
     pub push_link: Option<usize>,
-    /// For each tick of the motion, whether the left and the right blade are in the air.
+    /// Height of the root above its support below which the character has fallen, m.
+    pub pelvis: f64,
+    /// For each tick of the motion, whether the left and the right foot are in the air.
     pub free_feet: Arc<[[bool; 2]]>,
-    /// For each tick, whether they are on the ice, and have been for a while and will be.
+    /// For each tick, whether they are on the ground, and have been for a while and will be.
     pub standing_feet: Arc<[[bool; 2]]>,
     /// Motions that this one may follow, and where.
     pub before: Vec<(Arc<TrackedMotion>, Transition)>,
@@ -99,16 +117,18 @@ impl SkillTask {
         let motion = skill.prepare_motion(clip, &model)?;
         let surface = if skill.world == "ground" { Surface::GROUND } else { Surface::ICE };
         let mut settings = SimulationSettings::of(&model);
-        settings.rate = skill.training_rate.unwrap_or(settings.rate);
+        settings.rate = skill.training_rate.unwrap_or(skill.simulation_rate(&model));
         let push_link = link_of(&model, skill, skill.episode.push.as_ref())?;
         let free = free_feet(&motion, &model);
         let task = Self {
             tracker: skill.tracker_options(),
-            layout: ObservationLayout::of(&model),
+            layout: Arc::new(skill.layout(&model)),
             world: World::plane(surface),
+            course: None,
             friction: surface.friction,
             weights: crate::control::joint_weights(&model),
-            forbidden: forbidden_points(&model),
+            forbidden: skill.touch.forbidden_points(&model, &motion),
+            pelvis: skill.trial.pelvis_limit(&motion),
             push_link,
             before: Vec::new(),
             judged: false,
@@ -121,10 +141,64 @@ impl SkillTask {
             model,
         };
         task.check_rate(settings.rate)?;
-        if !skill.trial.success.is_empty() && blade_pair(&task.model).is_none() {
-            return Err(TaskError::Blades { skill: skill.name.clone(), character: task.model.name.clone() });
-        }
+        task.check_feet()?;
         Ok(task)
+    }
+
+    /// The same task over a course. The motion stands on it as it is where every warp is neutral.
+    pub fn on_course(mut self, course: Course) -> Result<Self, TaskError> {
+        let fault = |source| TaskError::Course { skill: self.skill.name.clone(), source: Box::new(source) };
+        if course.ground.is_some() {
+            self.world = World::empty();
+        }
+        let mut values = course.defaults();
+        for warp in &self.skill.warps {
+            if course.parameter(&warp.parameter).is_some() {
+                course.set(&mut values, &warp.parameter, warp.neutral).map_err(fault)?;
+            }
+        }
+        // Every parameter that the skill draws is one that the course can have.
+        for p in &self.skill.parameters {
+            if course.parameter(&p.name).is_some() {
+                for value in [p.range.0, p.range.1] {
+                    course.set(&mut values.clone(), &p.name, value).map_err(fault)?;
+                }
+            }
+        }
+        let instance = course.instance(&values, 0).map_err(fault)?;
+        let terrain = CourseTerrain::<f64>::new(Arc::new(self.world.clone()), &instance);
+        let mut motion = TrackedMotion::clone(&self.motion);
+        motion.stand_on(&self.model, |p| terrain.height(Vec3::splat(p)).height);
+        self.forbidden = self.skill.touch.forbidden_points(&self.model, &motion);
+        self.pelvis = self.skill.trial.pelvis_limit(&motion);
+        self.free_feet = free_feet(&motion, &self.model);
+        self.standing_feet = standing_feet(&self.free_feet);
+        self.motion = Arc::new(motion);
+        self.course = Some(Arc::new(course));
+        Ok(self)
+    }
+
+    /// Whether the character has the feet that the skill asks for.
+    fn check_feet(&self) -> Result<(), TaskError> {
+        let skill = &self.skill;
+        let pushes = skill.episode.push.iter().chain(skill.trial.rows.iter().filter_map(|r| r.push.as_ref()));
+        let asking = [
+            ("trial.success", skill.trial.success.iter().any(Criterion::needs_feet)),
+            ("limits.free_foot", skill.limits.free_foot),
+            ("limits.standing_foot", skill.limits.standing_foot),
+            ("push.airborne", pushes.into_iter().any(|p| p.airborne)),
+        ];
+        match asking.into_iter().find(|(_, asks)| *asks && self.model.feet().is_empty()) {
+            Some((field, _)) => {
+                Err(TaskError::Feet { skill: skill.name.clone(), field, character: self.model.name.clone() })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The same task at the rate at which a game performs it.
+    pub fn at_play_rate(&self) -> Result<Self, TaskError> {
+        self.at_rate(fitting_rate(self.model.step_rate, self.skill.control_rate))
     }
 
     /// Lets trials of the training begin where another motion is left for this one.
@@ -191,8 +265,8 @@ impl SkillTask {
         !self.judged && !self.skill.trial.success.is_empty() && self.motion.cycle().is_none() && whole && begins
     }
 
-    /// Whether it matters when a blade touches the ice.
-    pub(crate) fn watches_blades(&self) -> bool {
+    /// Whether it matters when a foot touches the ground.
+    pub(crate) fn watches_feet(&self) -> bool {
         let limits = &self.skill.limits;
         let in_air = self.skill.episode.push.as_ref().is_some_and(|p| p.airborne);
         self.judged || self.counts_whole() || limits.free_foot || limits.standing_foot || in_air
@@ -222,7 +296,7 @@ impl SkillTask {
     }
 }
 
-/// Height of a blade above which the motion has it in the air, m.
+/// Height of a foot above which the motion has it in the air, m.
 const FREE: f64 = 0.03;
 
 /// Ticks after a landing and before a take-off in which a foot need not stand.
@@ -241,18 +315,25 @@ fn point_height(point: &ContactPoint, places: &[LinkTransform]) -> f64 {
     (link.position + link.rotation * point.position).y
 }
 
-/// For each tick, which of the two blades is in the air.
+/// For each tick, which of the two feet is in the air.
 fn free_feet(motion: &TrackedMotion, model: &SharedModel) -> Arc<[[bool; 2]]> {
-    let Some(blades) = blade_pair(model) else { return Arc::from(vec![[false; 2]; motion.last() + 1]) };
+    let points = [Side::Left, Side::Right].map(|side| match model.foot(side) {
+        Some(Foot { kind: FootKind::Blade(_), toe, heel, .. }) => vec![*toe, *heel],
+        Some(foot) => model.foot_points(foot).collect(),
+        None => Vec::new(),
+    });
     let free = |tick: usize| {
-        let places = place_links(&motion.tick(tick).pose, model);
-        let height = |point: usize| point_height(&model.contact_points[point], &places);
-        blades.map(|b| height(model.blades[b].toe).min(height(model.blades[b].heel)) > FREE)
+        let (places, support) = (place_links(&motion.tick(tick).pose, model), motion.tick(tick).support);
+        let height = |p: &usize| {
+            let point = &model.contact_points[*p];
+            point_height(point, &places) - point.radius - support
+        };
+        points.each_ref().map(|foot| foot.iter().map(height).fold(f64::INFINITY, f64::min) > FREE)
     };
     (0..=motion.last()).map(free).collect()
 }
 
-/// For each tick, which blades have been on the ice for [`LANDED`] ticks and will be for [`LEAVING`].
+/// For each tick, which feet have been on the ground for [`LANDED`] ticks and will be for [`LEAVING`].
 fn standing_feet(free: &[[bool; 2]]) -> Arc<[[bool; 2]]> {
     let span = |k: usize| &free[k.saturating_sub(LANDED)..(k + LEAVING + 1).min(free.len())];
     (0..free.len()).map(|k| [0, 1].map(|side| span(k).iter().all(|feet| !feet[side]))).collect()

@@ -6,13 +6,14 @@ use crate::asset::policy_fit::PolicyMisfit;
 use crate::math::RandomStream;
 use crate::skill::Range;
 use crate::train::nn::{Activation, Adam, Network};
+use crate::train::ppo::error::TrainError;
 use crate::train::ppo::evaluate::{EvaluationReport, MeanActor, evaluate, row_seed};
 use crate::train::ppo::learner::{Learner, UpdateOptions};
 use crate::train::ppo::normalizer::Normalizer;
 use crate::train::ppo::options::TrainOptions;
-use crate::train::ppo::rollout::{Lanes, POD_ROWS, Player, Pod};
+use crate::train::ppo::rollout::{BATCH_ROWS, EnvBatch, Lanes, Player};
 use crate::train::ppo::sampling::{SPEED_PARTS, StartSampler};
-use crate::train::ppo::task::{SkillTask, TaskError};
+use crate::train::ppo::task::SkillTask;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
@@ -26,53 +27,14 @@ const RATES: (f32, f32) = (5e-6, 1e-3);
 /// Measured survival from which a motion can be done: what is left is to make it robust.
 const ABLE: f64 = 0.9;
 
-/// Survival of its worst row from which a training settles: smaller changes teach what is missing there more slowly.
-const SETTLES: f64 = 0.8;
+/// Survival of its worst row from which a training anneals: smaller changes teach what is missing there more slowly.
+const ANNEALS: f64 = 0.8;
 
 /// How much of the count of failures of each row is left after another measurement.
 const ROWS_FADE: f64 = 0.8;
 
 /// With how many times the trials a measurement of a policy that may be the best is repeated.
 const AGAIN: usize = 3;
-
-/// Why training could not begin or go on.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TrainError {
-    /// The skill's trials cannot be made.
-    #[error(transparent)]
-    Task(#[from] TaskError),
-    /// An option cannot be used.
-    #[error("train: {option} is {found}; {valid}")]
-    Option {
-        /// The option.
-        option: &'static str,
-        /// What it was.
-        found: String,
-        /// What would be valid.
-        valid: &'static str,
-    },
-    /// A policy to begin with does not fit this task.
-    #[error("policy to begin with: {what} is {found}; valid: {expected}")]
-    Start {
-        /// What differs: a field of its contract, or its network.
-        what: String,
-        /// In the policy.
-        found: String,
-        /// In the task.
-        expected: String,
-    },
-    /// A checkpoint does not belong to this task.
-    #[error("checkpoint: {what} is {found}; the task has {expected}")]
-    Checkpoint {
-        /// What differs.
-        what: &'static str,
-        /// In the checkpoint.
-        found: String,
-        /// In the task.
-        expected: String,
-    },
-}
 
 /// One line of the training curve.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -83,18 +45,21 @@ pub struct Iteration {
     pub samples: u64,
     /// Seconds of training so far.
     pub seconds: f64,
-    /// Mean reward per tick of the trials that ended, with exploration.
+    /// Mean reward per tick of the episodes that ended, with exploration.
     pub reward: f64,
-    /// Mean length of those trials, s.
+    /// Mean length of those episodes, s.
     pub length: f64,
-    /// Part of those trials that failed.
+    /// Part of those episodes that were terminated.
     pub failed: f64,
-    /// Divergence of the update.
-    pub divergence: f32,
+    /// Kullback-Leibler divergence of the update.
+    #[serde(alias = "divergence")]
+    pub kl: f32,
     /// Learning rate.
-    pub rate: f32,
+    #[serde(alias = "rate")]
+    pub learning_rate: f32,
     /// Standard deviation of the exploration.
-    pub sigma: f32,
+    #[serde(alias = "sigma")]
+    pub action_std: f32,
     /// Critic's mean squared error.
     pub critic_loss: f32,
     /// Measured survival (0 to 1) and reward per tick, where this iteration was measured.
@@ -122,6 +87,15 @@ fn is_as_good(one: (f64, f64), other: Option<(f64, f64)>) -> bool {
     other.is_none_or(|o| score(one) >= score(o))
 }
 
+/// Version of the checkpoints that are written. Those of version 1 have older names of the same fields, and are still read.
+const CHECKPOINT_VERSION: u32 = 2;
+
+/// The version of any checkpoint.
+#[derive(Deserialize)]
+struct CheckpointVersion {
+    version: u32,
+}
+
 /// Everything a training needs to go on later.
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
@@ -147,7 +121,8 @@ struct Checkpoint {
     /// Measured trials of each row, and how many of them failed; absent in files of older trainings.
     #[serde(default)]
     measured_rows: Vec<[f64; 2]>,
-    rate: f32,
+    #[serde(alias = "rate")]
+    learning_rate: f32,
     best: Option<Trained>,
 }
 
@@ -161,11 +136,11 @@ pub struct Trainer {
     mean: Network,
     normalizer: Normalizer,
     starts: StartSampler,
-    pods: Vec<Pod>,
+    batches: Vec<EnvBatch>,
     random: RandomStream,
-    rate: f32,
+    learning_rate: f32,
     curve: Vec<Iteration>,
-    /// Samples with which the motion could be done: a measured survival of 90 %, and of [`SETTLES`] in every row.
+    /// Samples with which the motion could be done: a measured survival of 90 %, and of [`ANNEALS`] in every row.
     able_samples: f64,
     /// Simulated steps of all measurements.
     measured_steps: f64,
@@ -181,7 +156,7 @@ impl Trainer {
     pub fn new(task: SkillTask, options: TrainOptions) -> Result<Self, TrainError> {
         options.check()?;
         // Measured as it will be judged and played, at the character's own rate.
-        let judged = task.at_rate(task.model.step_rate)?;
+        let judged = task.at_play_rate()?;
         let rows: Vec<_> = judged.trials()?.into_iter().map(|(_, row)| row).collect();
         let task = Arc::new(task);
         let (inputs, outputs) = (task.layout.size(), task.action_size());
@@ -191,15 +166,15 @@ impl Trainer {
         let mut random = RandomStream::new(options.seed, 1);
         let actor = Network::new(&sizes(outputs), Activation::Tanh, 0.01, &mut random);
         let critic = Network::new(&sizes(1), Activation::Tanh, 1.0, &mut random);
-        let starts = StartSampler::new(task.motion.last(), task.motion.cycle().is_some(), options.even_starts);
+        let starts = StartSampler::new(task.motion.last(), task.motion.cycle().is_some(), options.uniform_share);
         let mut trainer = Self {
             mean: actor.clone(),
             learner: Learner::new(actor, critic),
             normalizer: Normalizer::new(inputs),
             starts,
-            pods: Vec::new(),
+            batches: Vec::new(),
             random: RandomStream::new(options.seed, 2),
-            rate: options.rate,
+            learning_rate: options.learning_rate,
             curve: Vec::new(),
             able_samples: 0.0,
             measured_steps: 0.0,
@@ -210,7 +185,7 @@ impl Trainer {
             task,
             options,
         };
-        trainer.open_pods(0);
+        trainer.open_batches(0);
         Ok(trainer)
     }
 
@@ -249,7 +224,7 @@ impl Trainer {
         Ok(trainer)
     }
 
-    /// Goes on from what [`Trainer::checkpoint`] gave. Trials begin anew, so the continuation is not that of an
+    /// Goes on from what [`Trainer::checkpoint`] gave. Episodes begin anew, so the continuation is not that of an
     /// uninterrupted training, bit for bit. `change` may change the learning options; the layers stay.
     pub fn resume(
         task: SkillTask,
@@ -257,6 +232,10 @@ impl Trainer {
         change: impl FnOnce(&mut TrainOptions),
     ) -> Result<Self, TrainError> {
         let broken = |found: String| TrainError::Checkpoint { what: "text", found, expected: "a checkpoint".into() };
+        let found: CheckpointVersion = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
+        if !(1..=CHECKPOINT_VERSION).contains(&found.version) {
+            return Err(TrainError::CheckpointVersion { found: found.version, newest: CHECKPOINT_VERSION });
+        }
         let mut saved: Checkpoint = serde_json::from_str(checkpoint).map_err(|e| broken(e.to_string()))?;
         let smoothness = saved.options.smoothness;
         change(&mut saved.options);
@@ -267,9 +246,6 @@ impl Trainer {
         let differs = |what, found: &dyn core::fmt::Display, expected: &dyn core::fmt::Display| {
             Err(TrainError::Checkpoint { what, found: found.to_string(), expected: expected.to_string() })
         };
-        if saved.version != 1 {
-            return differs("version", &saved.version, &1);
-        }
         if saved.skill != task.skill.name {
             return differs("skill", &saved.skill, &task.skill.name);
         }
@@ -298,7 +274,7 @@ impl Trainer {
         trainer.normalizer = saved.normalizer;
         if saved.starts.fits(&trainer.starts) {
             trainer.starts = saved.starts;
-            trainer.starts.set_even(trainer.options.even_starts);
+            trainer.starts.set_uniform_share(trainer.options.uniform_share);
         }
         trainer.curve = saved.curve;
         trainer.able_samples = saved.able_samples;
@@ -306,24 +282,25 @@ impl Trainer {
         if saved.measured_rows.len() == trainer.rows.len() {
             trainer.measured_rows = saved.measured_rows;
         }
-        trainer.rate = saved.rate;
+        trainer.learning_rate = saved.learning_rate;
         trainer.best = saved.best;
         trainer.best_from_before = true;
         let done = trainer.curve.len() as u64;
         trainer.random = RandomStream::new(trainer.options.seed, 2 + (done << 32));
-        trainer.open_pods(done);
+        trainer.open_batches(done);
         Ok(trainer)
     }
 
-    fn open_pods(&mut self, done: u64) {
+    fn open_batches(&mut self, done: u64) {
         let (task, seed, starts) = (&self.task, self.options.seed, &self.starts);
-        self.pods = (0..self.options.pods as u64).map(|n| Pod::new(task, seed, n + (done << 32), starts)).collect();
+        let batch = |n| EnvBatch::new(task, seed, n + (done << 32), starts);
+        self.batches = (0..self.options.env_batches as u64).map(batch).collect();
     }
 
-    /// The whole state but the trials under way, as JSON.
+    /// The whole state but the episodes under way, as JSON.
     pub fn checkpoint(&self) -> String {
         let saved = Checkpoint {
-            version: 1,
+            version: CHECKPOINT_VERSION,
             skill: self.task.skill.name.clone(),
             options: self.options.clone(),
             actor: self.learner.actor.clone(),
@@ -337,7 +314,7 @@ impl Trainer {
             able_samples: self.able_samples,
             measured_steps: self.measured_steps,
             measured_rows: self.measured_rows.clone(),
-            rate: self.rate,
+            learning_rate: self.learning_rate,
             best: self.best.clone(),
         };
         serde_json::to_string(&saved).unwrap_or_default()
@@ -370,27 +347,27 @@ impl Trainer {
         let began = Instant::now();
         let before = self.curve.last().copied().unwrap_or_default();
         let o = &self.options;
-        let faded = (before.samples as f64 / o.sigma_samples).min(1.0) as f32;
-        let settled = (self.able_samples / o.settle_samples).min(1.0) as f32;
-        let sigma = o.sigma.0 * (o.sigma.1 / o.sigma.0).powf(faded) * o.settled.0.powf(settled);
-        let largest_divergence = o.divergence * o.settled.1.powf(settled);
+        let faded = (before.samples as f64 / o.action_std_samples).min(1.0) as f32;
+        let annealed = (self.able_samples / o.anneal_samples).min(1.0) as f32;
+        let action_std = o.action_std.0 * (o.action_std.1 / o.action_std.0).powf(faded) * o.anneal.0.powf(annealed);
+        let largest_kl = o.kl * o.anneal.1.powf(annealed);
 
         // Play.
         let player = Player {
             actor: &self.learner.actor,
             critic: &self.learner.critic,
             normalizer: &self.normalizer,
-            sigma,
+            action_std,
             gamma: o.gamma,
             lambda: o.lambda,
             keeps_raw: self.curve.len() < o.normalizer_iterations,
         };
         let (starts, ticks) = (&self.starts, o.ticks);
-        let per_thread = self.pods.len().div_ceil(o.threads.max(1));
+        let per_thread = self.batches.len().div_ceil(o.threads.max(1));
         std::thread::scope(|scope| {
-            for part in self.pods.chunks_mut(per_thread) {
+            for part in self.batches.chunks_mut(per_thread) {
                 let player = &player;
-                scope.spawn(move || part.iter_mut().for_each(|pod| pod.play(player, ticks, starts)));
+                scope.spawn(move || part.iter_mut().for_each(|batch| batch.play(player, ticks, starts)));
             }
         });
         let playing = began.elapsed().as_secs_f64();
@@ -403,22 +380,27 @@ impl Trainer {
             epochs: o.epochs,
             clip: o.clip,
             // The first updates are small: Adam's second moments are not known yet.
-            rate: if critic_only { 0.0 } else { self.rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0) },
+            learning_rate: if critic_only {
+                0.0
+            } else {
+                self.learning_rate * ((self.curve.len() + 1) as f32 / 8.0).min(1.0)
+            },
             critic_rate: 1e-3,
-            largest_divergence,
+            largest_kl,
             largest_gradient: 1.0,
-            sigma,
+            action_std,
             // What cannot be done yet need not be done smoothly.
             smoothness: o.smoothness * self.starts.ripeness() as f32,
             threads: o.threads,
         };
-        let report = self.learner.update(&self.pods, &update, &mut self.random);
+        let experience: Vec<_> = self.batches.iter().map(|b| &b.experience).collect();
+        let report = self.learner.update(&experience, &update, &mut self.random);
         if critic_only {
             // Nothing was learnt about the rate.
-        } else if report.divergence > largest_divergence {
-            self.rate = (self.rate / 1.2).max(RATES.0);
-        } else if report.divergence < 0.5 * largest_divergence {
-            self.rate = (self.rate * 1.1).min(RATES.1);
+        } else if report.kl > largest_kl {
+            self.learning_rate = (self.learning_rate / 1.2).max(RATES.0);
+        } else if report.kl < 0.5 * largest_kl {
+            self.learning_rate = (self.learning_rate * 1.1).min(RATES.1);
         }
         // A mean over few iterations at first, so that it does not hold on to the beginning.
         let over = self.options.average.clamp(1, 1 + self.curve.len() / 4) as f32;
@@ -426,35 +408,35 @@ impl Trainer {
         let learning = learning.elapsed().as_secs_f64();
 
         if self.best.as_ref().is_some_and(|b| b.evaluation.0 >= ABLE) {
-            self.starts.set_again(self.options.hard_starts);
-            if self.measured_rows.iter().all(|[trials, failed]| *failed <= (1.0 - SETTLES) * trials) {
-                self.able_samples += (self.pods.len() * POD_ROWS * ticks) as f64;
+            self.starts.set_replay_share(self.options.replay_share);
+            if self.measured_rows.iter().all(|[trials, failed]| *failed <= (1.0 - ANNEALS) * trials) {
+                self.able_samples += (self.batches.len() * BATCH_ROWS * ticks) as f64;
             }
         }
-        let counts: Vec<_> = self.pods.iter().map(|p| p.counts.clone()).collect();
+        let counts: Vec<_> = self.batches.iter().map(|b| b.counts.clone()).collect();
         self.starts.add(&counts);
         if self.curve.len() < o.normalizer_iterations {
-            for pod in &self.pods {
-                self.normalizer.update(&pod.raw);
+            for batch in &self.batches {
+                self.normalizer.update(&batch.raw);
             }
         }
 
-        let trials: Vec<_> = self.pods.iter().flat_map(|p| &p.trials).collect();
-        let ended = trials.len().max(1) as f64;
-        let all_ticks: usize = trials.iter().map(|t| t.ticks).sum();
-        let shares: (f64, f64) = self.pods.iter().fold((1e-9, 1e-9), |s, p| (s.0 + p.seconds.0, s.1 + p.seconds.1));
+        let episodes: Vec<_> = self.batches.iter().flat_map(|b| &b.episodes).collect();
+        let ended = episodes.len().max(1) as f64;
+        let all_ticks: usize = episodes.iter().map(|t| t.ticks).sum();
+        let shares: (f64, f64) = self.batches.iter().fold((1e-9, 1e-9), |s, b| (s.0 + b.seconds.0, s.1 + b.seconds.1));
         let simulation = playing * shares.0 / (shares.0 + shares.1);
         let number = self.curve.len() + 1;
         let mut iteration = Iteration {
             number,
-            samples: before.samples + (self.pods.len() * POD_ROWS * ticks) as u64,
+            samples: before.samples + (self.batches.len() * BATCH_ROWS * ticks) as u64,
             seconds: before.seconds,
-            reward: trials.iter().map(|t| t.reward).sum::<f64>() / all_ticks.max(1) as f64,
+            reward: episodes.iter().map(|t| t.reward).sum::<f64>() / all_ticks.max(1) as f64,
             length: all_ticks as f64 / ended / self.task.skill.control_rate,
-            failed: trials.iter().filter(|t| t.failed).count() as f64 / ended,
-            divergence: report.divergence,
-            rate: self.rate,
-            sigma,
+            failed: episodes.iter().filter(|t| t.failed).count() as f64 / ended,
+            kl: report.kl,
+            learning_rate: self.learning_rate,
+            action_std,
             critic_loss: report.critic_loss,
             evaluation: None,
             parts: [simulation, playing - simulation, learning],

@@ -1,5 +1,6 @@
 //! A key-pose file that is being edited: the text is what counts, and only the values that change are replaced in it.
 
+use crate::asset::read_file::read_text;
 use crate::model::{KeyPose, KeyPoseError, KeyPoses};
 use crate::ui::editor::patch::{Patcher, number};
 use crate::ui::editor::spans::{Node, Sequence, SpanFault};
@@ -146,8 +147,8 @@ impl PoseDocument {
     /// Opens a file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, DocumentError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| DocumentError::File { path: path.to_path_buf(), reason: e.to_string() })?;
+        let text = read_text(path, MOST_BYTES as u64)
+            .map_err(|e| DocumentError::File { path: path.to_path_buf(), reason: e.fault.to_string() })?;
         Self::from_text(text, path)
     }
 

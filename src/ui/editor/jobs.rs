@@ -6,7 +6,7 @@ use crate::contact::World;
 use crate::control::{ControlPlayer, MotionRecorder, Policy, ReconstructedControl};
 use crate::model::{CharacterModel, KeyPoses, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{SkillDefinition, TrainedSkill};
+use crate::skill::{SkillDefinition, TrainedSkill, fitting_rate};
 use crate::train::ppo::{
     Iteration, SkillTask, TrainOptions, Trained, Trainer, curve_csv, robustness_card, trained_policy,
 };
@@ -203,12 +203,13 @@ pub fn start_training(model: SharedModel, clip: MotionClip, plan: TrainPlan) -> 
         control.tell(TrainNews::Judging);
         let best = trainer.best().cloned().unwrap_or_else(|| trainer.present());
         let (skill, onnx) = skill_of(&best)?;
-        let judged = task.at_rate(model.step_rate).map_err(JobError::failed)?;
+        let judged = task.at_play_rate().map_err(JobError::failed)?;
         // The command that measures the same again, beside the saved files.
         let command = format!("athlete evaluate policy.onnx --trials {} --seed {CARD_SEED}", plan.trials);
         let threads = plan.options.threads;
-        let (card, _) = robustness_card(&judged, &skill.policy, plan.trials, CARD_SEED, threads, command)
-            .map_err(JobError::failed)?;
+        let card = robustness_card(&judged, &skill.policy, plan.trials, CARD_SEED, threads, command)
+            .map_err(JobError::failed)?
+            .card;
         Ok(Learnt { skill, card, motion: clip, onnx, curve: trainer.curve().to_vec() })
     })
 }
@@ -217,7 +218,8 @@ pub fn start_training(model: SharedModel, clip: MotionClip, plan: TrainPlan) -> 
 fn definition_of(model: &CharacterModel, clip: &MotionClip, plan: &TrainPlan) -> SkillDefinition {
     let mut definition =
         SkillDefinition::imitate_alone(&clip.name, &model.name, motion_file(&clip.name), world_name(model));
-    definition.training_rate = plan.rate.or(Some((0.5 * model.step_rate).max(TRAINING_RATE)));
+    let half = fitting_rate((0.5 * model.step_rate).max(TRAINING_RATE), definition.control_rate);
+    definition.training_rate = plan.rate.or(Some(half));
     definition.gains = plan.gains;
     // A recorded motion may be a frame shorter than its poses.
     if let Some(cycle) = plan.cycle.filter(|c| c.window.1 <= clip.duration()) {

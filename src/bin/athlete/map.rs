@@ -1,0 +1,96 @@
+//! `athlete map`: what the skeleton of a BVH file is taken for, as a table and as a joint map to edit.
+
+use crate::motion::warn;
+use crate::output::{Outcome, say, say_json};
+use crate::simulate::in_file;
+use bevy_athlete::asset::bvh::Bvh;
+use bevy_athlete::cli::{ArgumentError, check_output, keep_earlier, load_character};
+use bevy_athlete::model::{find_map, import_motion};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const ENDING: &str = ".map.ron";
+
+#[derive(Debug, Args)]
+pub struct Map {
+    /// Motion (.bvh)
+    file: PathBuf,
+    /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
+    #[arg(long, default_value = "skater")]
+    character: String,
+    /// Where to write the map (.map.ron); without it, it is only shown
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Replace the file at --out
+    #[arg(long, requires = "out")]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Map {
+    pub fn run(&self) -> Outcome {
+        if let Some(out) = &self.out {
+            if !out.to_string_lossy().ends_with(ENDING) {
+                return Err(ArgumentError::new("--out", out.display(), format!("a name that ends in {ENDING}")).into());
+            }
+            check_output("--out", out)?;
+            keep_earlier("--out", core::slice::from_ref(out), self.force, "a new file")?;
+        }
+        let model = load_character(&self.character)?;
+        let bvh = Bvh::load(&self.file).map_err(|error| in_file(&self.file, &error))?;
+        let mut found = find_map(&bvh, &model).map_err(|error| in_file(&self.file, &error))?;
+        if let Some(stem) = self.file.file_stem() {
+            found.map.name = stem.to_string_lossy().into_owned();
+        }
+        let table = found.table();
+        if let Some(out) = &self.out {
+            let remarks = [
+                format!(
+                    "Found for {} on {}; how to correct it: docs/motions.md, \"BVH and joint maps\".",
+                    self.file.display(),
+                    model.name
+                ),
+                table.clone(),
+            ];
+            found.map.save(out, &remarks)?;
+        }
+        // What the map makes of the motion is told as well: a map with a wrong rest pose looks right as a table.
+        let imported = import_motion(&bvh, Some(&found.map), &model).map_err(|error| in_file(&self.file, &error))?;
+        let mut warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
+        warnings.extend(imported.warnings.iter().map(ToString::to_string));
+        if self.json {
+            let rows: Vec<_> = found
+                .rows
+                .iter()
+                .map(|row| json!({"link": row.link, "joints": row.joints, "up": row.up, "facing": row.facing}))
+                .collect();
+            say_json(&json!({
+                "file": self.file, "character": model.name, "frames": bvh.frame_count(), "frame_time_s": bvh.frame_time(),
+                "unit": found.unit, "metres_per_unit": found.map.unit, "leg_m": found.leg,
+                "pose_at_zero": found.rest.to_string(), "rows": rows,
+                "unmapped": found.unmapped.iter().map(|(joint, reason)| json!([joint, reason])).collect::<Vec<_>>(),
+                "warnings": warnings, "out": self.out,
+            }))?;
+        } else {
+            say(&format!(
+                "read             {} frames, {:.6} s each, {} joints",
+                bvh.frame_count(),
+                bvh.frame_time(),
+                bvh.joints().len()
+            ))?;
+            say(&table)?;
+            if let Some(out) = &self.out {
+                say(&format!("map              {}", out.display()))?;
+            }
+        }
+        for warning in &found.warnings {
+            crate::output::complain(&format!("warning: {warning}"));
+        }
+        warn(&imported.warnings);
+        Ok(ExitCode::SUCCESS)
+    }
+}
