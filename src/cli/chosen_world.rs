@@ -113,7 +113,7 @@ impl ChosenWorld {
         Ok(Self { spec, course: Some(ChosenCourse { course, values, seed, instance }) })
     }
 
-    /// The world that a control file says it was made in ([`ChosenWorld::to_string`]). One on a course needs the course's
+    /// The world that a control file says it was made in (as [`ChosenWorld`] is displayed). One on a course needs the course's
     /// file, and then has the numbers it was made with.
     pub fn recorded(text: &str, model: &CharacterModel, course: Option<&Path>) -> Result<Self, WorldChoiceError> {
         let wrong = || WorldChoiceError::Recorded { found: text.chars().take(200).collect() };

@@ -31,6 +31,7 @@ mod closed_forms;
 mod cma_es;
 mod contract_fit;
 mod courses;
+mod courses_in_training;
 mod criteria;
 mod crossover_clips;
 mod determinism;

@@ -224,3 +224,40 @@ fn a_request_is_answered() {
     assert_eq!(of(holding, "stroking"), [Some(NoEntry::NotSteered)]);
     assert_eq!(of(steered, "stroking")[0], None, "it began with the first skill");
 }
+
+/// A block of ice on the ground, its top at `height`.
+fn block(height: f64) -> Surroundings {
+    use bevy_athlete::contact::{Geometry, Solid, Surface};
+    let mut world = Surroundings::ground();
+    let geometry = Geometry::Box {
+        center: DVec3::Y * (0.5 * height),
+        half_extents: DVec3::new(60.0, 0.5 * height, 60.0),
+        rotation: bevy::math::DQuat::IDENTITY,
+    };
+    world.solids.push(Solid::fixed(geometry, Surface::ICE));
+    world
+}
+
+/// A skill that was learnt on level ice at y = 0 is performed on a block of it: the skater is put onto the block, not into it, and
+/// strokes on. (It once lay there, started inside the block.)
+#[test]
+fn a_skill_goes_on_on_a_raised_block() {
+    let mut app = app();
+    let file = skater_file(&mut app);
+    let stroking = add(&mut app, shipped_skill("stroking"));
+    app.insert_resource(AthleteWorld(block(0.5)));
+    let at = Transform::from_xyz(0.0, 0.5, 20.0);
+    let skater = app.world_mut().spawn((Athlete(file), AthleteController::skill(stroking), at)).id();
+    run_ticks(&mut app, 2);
+    let start = body(&app, skater).simulator().state.root_position.lane(0);
+    let (mut lowest, mut highest) = (f64::INFINITY, 0.0_f64);
+    for _ in 0..8 * 64 {
+        app.update();
+        let y = body(&app, skater).simulator().state.root_position.lane(0).y - 0.5;
+        (lowest, highest) = (lowest.min(y), highest.max(y));
+    }
+    let way = (body(&app, skater).simulator().state.root_position.lane(0) - start).length();
+    println!("pelvis {lowest:.2} to {highest:.2} m above the block, {way:.1} m on the way");
+    assert!(lowest > 0.6 && highest < 1.0, "pelvis {lowest} to {highest} m above the block");
+    assert!(way > 8.0, "{way} m");
+}

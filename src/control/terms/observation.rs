@@ -156,8 +156,8 @@ impl ObservationTerm {
         match self {
             Self::Phase => "place in the motion, hat functions in [0, 1]",
             Self::Up => "world's up, root axes",
-            Self::RootHeight => "m above the world's origin",
-            Self::RootVelocity => "m/s, heading frame",
+            Self::RootHeight => "m above what carries the body",
+            Self::RootVelocity => "m/s against what carries the body, heading frame",
             Self::RootSpin => "rad/s, heading frame",
             Self::RootTurn => "rotation vector from the root to the reference's, root axes, rad",
             Self::ComVelocityError => "wanted minus present velocity of the centre of mass, heading frame, m/s",

@@ -161,6 +161,11 @@ impl<R: Real> Tracker<R> {
             let away = self.support.height - self.now.support - self.anchor_place.y;
             self.anchor_place.y += away.clamp(-most, most).masked(stands);
         }
+        self.look_ahead(sim, terrain);
+    }
+    /// Looks at the heights ahead, where the policy sees some: a part of [`Tracker::sense`], of use alone for lanes that were put
+    /// somewhere else.
+    pub fn look_ahead(&mut self, sim: &Simulator<R>, terrain: &impl Terrain<R>) {
         if !self.scan.is_empty() {
             let root = sim.state.root_position;
             let ahead = Heading::of(sim.state.root_rotation).to_world(Vec3::splat(glam::DVec3::NEG_Z));

@@ -353,6 +353,10 @@ impl<R: Real> Environment<R> {
     /// Writes what every lane's policy sees into `rows` (lanes x size, row by row).
     pub fn observe(&mut self, rows: &mut [f32]) {
         self.features.clear();
+        match &self.course {
+            None => self.tracker.look_ahead(&self.sim, &self.task.world),
+            Some(course) => self.tracker.look_ahead(&self.sim, &course.terrain),
+        }
         self.tracker.observe(&mut self.sim, &mut self.features);
         let size = self.features.len();
         for (k, value) in self.features.iter().enumerate() {

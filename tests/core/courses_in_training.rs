@@ -1,0 +1,86 @@
+//! What a policy is shown of a course is the course that its own lane stands on, and the parameters are those that it was built from: a
+//! mix-up of lanes would teach a vault over the neighbour's box.
+
+use bevy_athlete::asset::Course;
+use bevy_athlete::asset::clip::{MotionClip, Pose};
+use bevy_athlete::control::terms::ObservationTerm;
+use bevy_athlete::math::{F32x8, Real};
+use bevy_athlete::model::{PRESET_NAMES, SharedModel, preset};
+use bevy_athlete::skill::{SkillDefinition, SkillParameter};
+use bevy_athlete::train::ppo::{Environment, SkillTask, StartSampler};
+use std::sync::Arc;
+
+const BOX: &str = r#"(
+    name: "box",
+    parameters: [(name: "height", range: (0.1, 0.6)), (name: "distance", range: (0.0, 9.0), default: 1.0)],
+    ground: (friction: 0.8),
+    solids: [Box(ahead: "distance", depth: 0.4, width: 2.0, height: "height")],
+)"#;
+
+fn standing(model: &SharedModel) -> MotionClip {
+    let joints: Vec<String> = model.links.iter().skip(1).map(|l| l.name.clone()).collect();
+    let pose = Pose {
+        root_position: glam::DVec3::Y * model.rest_root_height(),
+        root_rotation: glam::DQuat::IDENTITY,
+        joints: vec![glam::DQuat::IDENTITY; joints.len()],
+    };
+    MotionClip { name: "standing".into(), frame_rate: 30.0, joints, poses: vec![pose; 31] }
+}
+
+fn skill(character: &str) -> SkillDefinition {
+    let mut skill = SkillDefinition::imitate_alone("stand", character, "stand.clip.ron", "ground");
+    skill.parameters = vec![SkillParameter { name: "height".into(), range: (0.2, 0.5) }];
+    skill.observe = vec![ObservationTerm::Parameters, ObservationTerm::HeightScan { distances: vec![0.5, 1.2, 2.0] }];
+    (skill.episode.joint_noise, skill.episode.velocity_noise, skill.episode.joint_velocity_noise) = (0.0, 0.0, 0.0);
+    skill
+}
+
+#[test]
+fn every_lane_sees_its_own_box() {
+    for name in PRESET_NAMES {
+        let model = preset(name).unwrap();
+        let task = SkillTask::new(&skill(name), model.clone(), &standing(&model)).unwrap();
+        let task = Arc::new(task.on_course(Course::parse("box.course.ron", BOX.as_bytes()).unwrap()).unwrap());
+        let starts = StartSampler::uniform(task.motion.last(), false);
+        let mut env = Environment::<F32x8>::new(task.clone(), 7, 1, &starts);
+        let size = task.layout.size();
+        let mut rows = vec![0.0_f32; F32x8::LANES * size];
+        let nothing = vec![0.0; F32x8::LANES * task.action_size()];
+        let mut heights = Vec::new();
+        for _ in 0..3 {
+            env.observe(&mut rows);
+            for row in rows.chunks_exact(size) {
+                let [parameter, near, on, behind] = row[size - 4..] else { unreachable!() };
+                let height = 0.35 + 0.15 * parameter;
+                heights.push(height);
+                let apart = [near, on - height, behind].map(f32::abs);
+                assert!(apart.iter().all(|e| *e < 1e-4), "{name}: {near} {on} {behind} of a box of {height}");
+            }
+            env.tick(&nothing);
+            (0..F32x8::LANES).for_each(|lane| env.reset(lane, &starts));
+        }
+        let (low, high) = heights.iter().fold((1.0_f32, 0.0_f32), |(a, b), h| (a.min(*h), b.max(*h)));
+        assert!(low < 0.3 && high > 0.4, "{name}: drawn from {low} to {high}");
+    }
+}
+
+#[test]
+fn parameters_that_cannot_be_are_refused_by_their_place() {
+    let model = preset("runner").unwrap();
+    let refused = |change: &dyn Fn(&mut SkillDefinition), words: &[&str]| {
+        let mut skill = skill("runner");
+        change(&mut skill);
+        let course = Course::parse("box.course.ron", BOX.as_bytes()).unwrap();
+        let made = SkillTask::new(&skill, model.clone(), &standing(&model)).and_then(|task| task.on_course(course));
+        let message = made.err().expect("refused").to_string();
+        assert!(words.iter().all(|w| message.contains(w)), "{message}");
+    };
+    refused(&|s| s.parameters[0].range = (0.5, 0.2), &["parameters", "height from 0.5 to 0.2"]);
+    refused(&|s| s.parameters[0].range = (0.2, 3.0), &["height", "3"]);
+    refused(&|s| s.parameters.push(s.parameters[0].clone()), &["parameters", "`height`"]);
+    refused(&|s| s.observe.push(ObservationTerm::Phase), &["observe", "phase"]);
+    let text = r#"(name: "x", character: "runner", motion: "m.clip.ron",
+        warps: [(parameter: "width", neutral: 0.5, direction: Up, profile: [(0, 0)])])"#;
+    let message = SkillDefinition::from_ron(text, "x.skill.ron").unwrap_err().to_string();
+    assert!(message.contains("warps") && message.contains("`width`"), "{message}");
+}
