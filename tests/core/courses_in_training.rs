@@ -72,7 +72,7 @@ fn parameters_that_cannot_be_are_refused_by_their_place() {
         change(&mut skill);
         let course = Course::parse("box.course.ron", BOX.as_bytes()).unwrap();
         let made = SkillTask::new(&skill, model.clone(), &standing(&model)).and_then(|task| task.on_course(course));
-        let message = made.err().expect("refused").to_string();
+        let message = made.expect_err("refused").to_string();
         assert!(words.iter().all(|w| message.contains(w)), "{message}");
     };
     refused(&|s| s.parameters[0].range = (0.5, 0.2), &["parameters", "height from 0.5 to 0.2"]);
