@@ -174,25 +174,32 @@ impl ChosenWorld {
 
     /// Solids to draw besides the floor. Gaps are marked on it; bumps are too low to be seen.
     pub fn scenery(&self) -> Vec<Shape> {
-        /// Half of a mark's width and thickness, m.
-        const MARK: (f64, f64) = (1.0, 0.002);
         let mut shapes = self.spec.scenery();
         if let Some(c) = &self.course {
-            shapes.extend(c.instance.gaps.iter().map(|(near, far)| Shape::Box {
-                center: DVec3::new(0.0, 0.0, 0.5 * (near + far)),
-                half_extents: DVec3::new(MARK.0, MARK.1, 0.5 * (near - far)),
-                rotation: DQuat::IDENTITY,
-            }));
-            shapes.extend(World::course_solids(&c.instance, 0.0).iter().flatten().filter_map(drawn));
-            // The steps of stairs share their sides: each box is drawn a hair narrower than the one before.
-            for (k, shape) in shapes.iter_mut().enumerate() {
-                if let Shape::Box { half_extents, .. } = shape {
-                    half_extents.x -= (0.001 * (k % 16) as f64).min(0.1 * half_extents.x);
-                }
-            }
+            shapes.extend(course_scenery(&c.instance));
         }
         shapes
     }
+}
+
+/// A course's gaps, marked, and its solids as they are at the start, as shapes to draw.
+pub fn course_scenery(course: &CourseInstance) -> Vec<Shape> {
+    /// Half of a mark's width and thickness, m.
+    const MARK: (f64, f64) = (1.0, 0.002);
+    let mark = |(near, far): &(f64, f64)| Shape::Box {
+        center: DVec3::new(0.0, 0.0, 0.5 * (near + far)),
+        half_extents: DVec3::new(MARK.0, MARK.1, 0.5 * (near - far)),
+        rotation: DQuat::IDENTITY,
+    };
+    let mut shapes: Vec<Shape> = course.gaps.iter().map(mark).collect();
+    shapes.extend(World::course_solids(course, 0.0).iter().flatten().filter_map(drawn));
+    // The steps of stairs share their sides: each box is drawn a hair narrower than the one before.
+    for (k, shape) in shapes.iter_mut().enumerate() {
+        if let Shape::Box { half_extents, .. } = shape {
+            half_extents.x -= (0.001 * (k % 16) as f64).min(0.1 * half_extents.x);
+        }
+    }
+    shapes
 }
 
 /// The world's name; on a course `course:NAME,seed=N,world=NAME,PARAMETER=NUMBER,...`, which [`ChosenWorld::recorded`] reads.

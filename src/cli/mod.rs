@@ -35,7 +35,7 @@ mod timing;
 mod world_spec;
 
 pub use arguments::{ArgumentError, FAILED, WRONG_ARGUMENTS, exit_code, threads, within};
-pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError};
+pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError, course_scenery};
 pub use find_key_poses::find_key_poses;
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};

@@ -4,7 +4,7 @@ use crate::output::{Outcome, announce_trace, say, say_json};
 use bevy_athlete::asset::card::fingerprint;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, check_output, find_skill, load_character, load_task, threads, within,
+    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task, threads, within,
 };
 use bevy_athlete::control::Policy;
 use bevy_athlete::model::CharacterModel;
@@ -205,7 +205,8 @@ fn described_by(contract: &PolicyContract, policy: &Path) -> Result<SkillDefinit
         false => contract.parse_skill_settings::<SkillDefinition>()?.character,
     };
     let skill = SkillDefinition::of_contract(contract, &*load_character(&character)?)?;
-    Ok(SkillDefinition { motion, ..skill })
+    let course = skill.course.as_ref().map(|file| policy.with_file_name(file));
+    Ok(SkillDefinition { motion, course, ..skill })
 }
 
 /// The command that measures a policy file, or one in a folder, again.
@@ -291,6 +292,7 @@ fn show_trial(
     let options = StoryboardOptions {
         ground: if task.skill.world == "ice" { Ground::Ice } else { Ground::Floor },
         title: format!("{}, {} by its policy", task.model.name, task.skill.name),
+        scenery: trial.course().map_or_else(Vec::new, course_scenery),
         ..Default::default()
     };
     Storyboard::new(options).write(&task.model, frames.frames(), path)?;

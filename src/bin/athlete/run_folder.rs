@@ -1,8 +1,10 @@
 //! The folder of a training: what lies in it belongs together.
 
+use bevy_athlete::asset::Course;
 use bevy_athlete::asset::card::fingerprint;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::cli::{ArgumentError, check_folder, keep_earlier, write_whole};
+use bevy_athlete::train::ppo::course_file;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +14,8 @@ pub struct RunFolder {
     /// Name of the file of the motion, and what it holds.
     motion: String,
     text: String,
+    /// The same of the course, where there is one.
+    course: Option<(String, String)>,
 }
 
 impl RunFolder {
@@ -26,7 +30,7 @@ impl RunFolder {
     ) -> Result<Self, Box<dyn Error>> {
         check_folder("--out", path)?;
         let text = clip.clone().rounded().to_ron()?;
-        let folder = Self { path: path.to_path_buf(), motion: format!("{skill}.clip.ron"), text };
+        let folder = Self { path: path.to_path_buf(), motion: format!("{skill}.clip.ron"), text, course: None };
         let earlier: Vec<PathBuf> = ["policy.onnx", "checkpoint.json", "card.json", "curve.csv", &folder.motion]
             .map(|name| path.join(name))
             .into();
@@ -38,6 +42,12 @@ impl RunFolder {
             return Err(ArgumentError::new("--resume", found, valid).into());
         }
         Ok(folder)
+    }
+
+    /// The same folder for a skill over a course, which will lie beside the policy too.
+    pub fn with_course(self, skill: &str, course: Option<&Course>) -> Result<Self, Box<dyn Error>> {
+        let text = course.map(Course::to_ron).transpose()?;
+        Ok(Self { course: text.map(|text| (course_file(skill), text)), ..self })
     }
 
     /// Where a file of this name goes.
@@ -57,6 +67,9 @@ impl RunFolder {
 
     /// Writes the motion where it is not there, and removes a card that is of another policy.
     pub fn begin_results(&self) -> Result<(), Box<dyn Error>> {
+        if let Some((file, text)) = &self.course {
+            write_whole(&self.place(file), text.as_bytes())?;
+        }
         if !self.has_motion() {
             write_whole(&self.motion_file(), self.text.as_bytes())?;
         }

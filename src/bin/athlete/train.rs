@@ -247,7 +247,8 @@ impl Train {
         let skill = self.definition()?;
         let task = load_task(&skill, self.map.as_deref())?;
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
-        let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?;
+        let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?
+            .with_course(&skill.name, task.course.as_deref())?;
         let checkpoint = folder.place("checkpoint.json");
         if self.affine {
             let options =

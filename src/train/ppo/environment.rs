@@ -1,14 +1,14 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
-use crate::asset::{Course, CourseInstance};
-use crate::contact::CourseTerrain;
+use crate::asset::CourseInstance;
 use crate::control::tracking::{Heading, TrackedMotion, Tracker, TrackingTerms};
 use crate::control::tracking_error;
 use crate::math::{RandomStream, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::{ExternalForce, Simulator, step};
 use crate::skill::disturb::{Disturbance, ball};
-use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall, SkillDefinition, Transition};
+use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall, Transition};
+use crate::train::ppo::lane_courses::LaneCourses;
 use crate::train::ppo::sampling::StartSampler;
 use crate::train::ppo::task::{SUBTICKS, SkillTask};
 use glam::DVec3;
@@ -129,47 +129,6 @@ pub struct Environment<R: Real> {
     recorder: Option<PerformanceRecorder<R>>,
     course: Option<LaneCourses<R>>,
     features: Vec<R>,
-}
-
-/// The course of every lane.
-struct LaneCourses<R: Real> {
-    course: Arc<Course>,
-    terrain: CourseTerrain<R>,
-    /// Work space: values of the course's parameters, and the course that they give.
-    values: Vec<f64>,
-    instance: CourseInstance,
-}
-
-impl<R: Real> LaneCourses<R> {
-    fn new(course: Arc<Course>, task: &SkillTask) -> Self {
-        let values = course.defaults();
-        // The course has been built with its defaults before.
-        let instance = course.instance(&values, 0).unwrap_or_default();
-        let terrain = CourseTerrain::new(Arc::new(task.world.clone()), &instance);
-        Self { course, terrain, values, instance }
-    }
-
-    /// Puts another course into a lane: the skill's parameters as drawn, all others at their defaults, and other bumps.
-    fn draw(&mut self, lane: usize, skill: &SkillDefinition, drawn: &[f64], random: &mut RandomStream) {
-        for (parameter, value) in skill.parameters.iter().zip(drawn) {
-            if let Some(index) = self.course.parameter(&parameter.name) {
-                self.values[index] = *value;
-            }
-        }
-        let seed = random.below(1 << 30) as u64;
-        // Values in the parameters' ranges give a course of the same kinds of solids; it was tried when the task was made.
-        if self.course.evaluate(&self.values, seed, &mut self.instance).is_ok() {
-            let fits = self.terrain.set_lane(lane, &self.instance);
-            debug_assert!(fits.is_ok(), "{fits:?}");
-        }
-    }
-
-    /// Time goes on by `h`, s.
-    fn advance(&mut self, h: f64) {
-        if self.terrain.moves() {
-            self.terrain.advance(h);
-        }
-    }
 }
 
 fn draw(random: &mut RandomStream, range: Range) -> f64 {
@@ -564,6 +523,11 @@ impl<R: Real> Environment<R> {
     /// What was seen of a lane's trial, where it is judged or shows the whole motion.
     pub fn samples(&self, lane: usize) -> &[PerformanceSample] {
         &self.lanes[lane].samples
+    }
+
+    /// The course that was drawn last, of any lane; `None` for a task without obstacles.
+    pub fn course(&self) -> Option<&CourseInstance> {
+        self.course.as_ref().map(LaneCourses::last)
     }
 
     /// At which part (0 to 1) of the range of speeds a lane's trial is.

@@ -45,8 +45,9 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
         *parameter = if rounded.is_finite() { rounded } else { *parameter };
     }
     let action = actor.forward(&mut Activations::default(), &seen, 1).to_vec();
-    // Paths are those of the machine that trained: the motion is beside the policy, what came before is of no use any more.
-    let settings = SkillDefinition { motion: motion_file.into(), after: Vec::new(), ..task.skill.clone() };
+    // Paths are those of the machine that trained: motion and course are beside the policy, what came before is of no use any more.
+    let course = task.skill.course.as_ref().map(|_| course_file(&task.skill.name).into());
+    let settings = SkillDefinition { motion: motion_file.into(), course, after: Vec::new(), ..task.skill.clone() };
     let contract = PolicyContract {
         version: CONTRACT_VERSION,
         crate_version: env!("CARGO_PKG_VERSION").into(),
@@ -84,6 +85,11 @@ impl Trainer {
         Policy::from_bytes(&bytes, &self.task().skill.name)?;
         Ok(bytes)
     }
+}
+
+/// Name of the course that lies beside the policy of a skill.
+pub fn course_file(skill: &str) -> String {
+    format!("{skill}.course.ron")
 }
 
 /// A policy read from its file acts as in a game: raw observations through tract. Rows that it refuses get no action.

@@ -13,6 +13,7 @@ mod evaluate;
 mod experience;
 #[cfg(feature = "policy")]
 mod export;
+mod lane_courses;
 mod learner;
 mod normalizer;
 mod options;
@@ -30,7 +31,7 @@ pub use error::TrainError;
 pub(crate) use evaluate::MeanActor;
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
-pub use export::trained_policy;
+pub use export::{course_file, trained_policy};
 pub use normalizer::Normalizer;
 pub use options::TrainOptions;
 pub use quality::{JointLoad, MotionQuality, motion_quality};
