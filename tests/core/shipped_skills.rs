@@ -3,10 +3,10 @@
 
 use crate::seen_momentum::Picture;
 use bevy_athlete::asset::card::RobustnessCard;
-use bevy_athlete::cli::{find_skill, load_task, load_trained_skill};
+use bevy_athlete::cli::{PerformOptions, Script, find_skill, load_task, load_trained_skill, perform};
 use bevy_athlete::contact::World;
-use bevy_athlete::control::Policy;
 use bevy_athlete::control::tracking::Heading;
+use bevy_athlete::control::{Policy, ReconstructedControl};
 use bevy_athlete::math::F32x8;
 use bevy_athlete::model::{KeyPoses, Objective, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator, step};
@@ -120,4 +120,17 @@ fn nothing_helps_the_jump() {
     );
     assert!(flight > 400, "{flight} steps in the air at {} steps per second", model.step_rate);
     assert!(off_path < 1e-9 && off_spin < 0.04, "{off_path}, {off_spin}");
+}
+
+/// What the demo begins with is open loop: it follows the physics that it was searched on and no other.
+#[test]
+fn the_control_of_the_demo_replays_without_a_fall() {
+    let control = ReconstructedControl::load("assets/skills/skating/stroking/stroking.control.ron").unwrap();
+    let model = preset("skater").unwrap();
+    let settings = SimulationSettings { rate: control.rate, ..SimulationSettings::of(&model) };
+    let options = PerformOptions { settings, seconds: None, kp: None, kd: None, pushes: Vec::new() };
+    let script = Script::Control(Box::new(control));
+    let report = perform(&model, &World::ice(), &script, &options, |_, _| Ok(())).unwrap();
+    println!("root {:.3} m, joints {:.1} degrees", report.worst_root_m, report.mean_joint_deg);
+    assert!(report.fell_at.is_none() && report.worst_root_m < 0.3 && report.mean_joint_deg < 15.0, "{report:?}");
 }
