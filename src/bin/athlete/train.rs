@@ -13,7 +13,7 @@ use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
     Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy,
 };
-use bevy_athlete::train::{AffineOptions, load_layers, policy_bytes, save_policy};
+use bevy_athlete::train::{AffineOptions, load_layers, save_policy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -275,8 +275,8 @@ impl Train {
             Trainer::new(task, self.options()?).map_err(|error| self.by_option(error))?
         };
         // What cannot be written in the end is found out before the first step.
-        let (layers, contract) = trained_policy(trainer.task(), &trainer.present(), folder.motion());
-        policy_bytes(&layers, &contract)
+        trainer
+            .policy_file(folder.motion())
             .map_err(|error| format!("what will be learnt could not be written: {error}"))?;
         let instructions = bevy_athlete::train::nn::instructions()?;
         interrupt::watch()?;

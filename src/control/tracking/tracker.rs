@@ -169,11 +169,12 @@ impl<R: Real> Tracker<R> {
         if !self.scan.is_empty() {
             let root = sim.state.root_position;
             let ahead = Heading::of(sim.state.root_rotation).to_world(Vec3::splat(glam::DVec3::NEG_Z));
-            let distances = self.layout.terms.iter().flat_map(ObservationTerm::heights_ahead);
-            for (height, distance) in self.scan.iter_mut().zip(distances) {
-                let mut place = ahead.mul_add(R::splat(*distance), root);
-                place.y += R::splat(SCAN_FROM);
-                *height = terrain.height(place).height;
+            let from = root + Vec3::new(R::zero(), R::splat(SCAN_FROM), R::zero());
+            let mut left = &mut self.scan[..];
+            for distances in self.layout.terms.iter().map(ObservationTerm::heights_ahead) {
+                let (heights, rest) = left.split_at_mut(distances.len());
+                terrain.scan(from, ahead, distances, heights);
+                left = rest;
             }
         }
     }
