@@ -26,12 +26,12 @@ pub fn clip_frames(clip: &MotionClip, model: &CharacterModel) -> Result<Vec<Stor
 }
 
 /// One instant for each key pose of a file, at its time, with its index as the caption (`pose 0`), as it is in the first
-/// repetition.
+/// repetition, contacts included.
 pub fn key_pose_frames(poses: &KeyPoses, model: &CharacterModel) -> Result<Vec<StoryboardFrame>, KeyPoseError> {
     let seconds: f64 = poses.seconds.iter().sum();
     let once = KeyPoses {
-        repeat: 1,
-        mirrored: false,
+        // Twice, where it repeats: contacts reach over its end.
+        repeat: poses.repeat.min(2),
         frame_rate: (MOST_FINE / seconds.max(1e-3)).clamp(1.0, FINE),
         ..poses.clone()
     };

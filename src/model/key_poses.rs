@@ -11,12 +11,16 @@
 //! With a curvature the root travels on a circle, and the heading turns with it: the pose's own root rotation and lateral
 //! place count from the heading. A negative speed travels backwards, facing the way it came from.
 //!
+//! Contacts name points that lie still between poses ([`KeyContact`]): the joints that lead to them give way, so that a standing foot does
+//! not slide and a hand is where the obstacle is.
+//!
 //! With `mass_on_path` it is the centre of mass that travels, however the body turns above it; between take-off and
 //! landing, where poses are airborne, it also follows the parabola of free fall.
 
 use crate::asset::clip::{ClipError, MotionClip, Pose};
 use crate::asset::clip_edit::other_side;
 use crate::asset::read_file::read_text;
+use crate::model::key_contacts::{KeyContact, Pins, Schedule};
 use crate::model::mass_path::{Flight, center_of_mass, turned};
 use crate::model::{CharacterModel, ModelPose, OptimizeRecord, Window};
 use glam::{DQuat, DVec3};
@@ -49,6 +53,9 @@ pub struct KeyPoses {
     pub seconds: Vec<f64>,
     /// The poses.
     pub poses: Vec<KeyPose>,
+    /// Points that lie still between poses: joints give way.
+    #[serde(default)]
+    pub contacts: Vec<KeyContact>,
     /// If true, each repetition is followed by its mirror image.
     #[serde(default)]
     pub mirrored: bool,
@@ -266,6 +273,12 @@ impl KeyPoses {
                 }
             }
         }
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let once = !self.mirrored && self.repeat == 1;
+            if let Some((field, found, valid)) = contact.fault(model, self.poses.len(), once) {
+                return bad(format!("contact {i}, {field}"), found, &valid);
+            }
+        }
         self.check_windows()
     }
 
@@ -315,8 +328,17 @@ impl KeyPoses {
         (place, heading)
     }
 
-    /// The clip of these poses for a character.
+    /// The clip of these poses for a character, on level ground at height 0.
     pub fn to_clip(&self, model: &CharacterModel) -> Result<MotionClip, KeyPoseError> {
+        self.to_clip_on(model, |_| 0.0)
+    }
+
+    /// The clip of these poses for a character on ground whose height (m) below a point is given: contacts lie on it.
+    pub fn to_clip_on(
+        &self,
+        model: &CharacterModel,
+        ground: impl Fn(DVec3) -> f64,
+    ) -> Result<MotionClip, KeyPoseError> {
         self.check(model)?;
         let names: Vec<String> = model.links.iter().skip(1).map(|l| l.name.clone()).collect();
         let vector = |a: &(f64, f64, f64)| DVec3::new(a.0, a.1, a.2);
@@ -362,8 +384,9 @@ impl KeyPoses {
             air.push((times[k - 1], times[end]));
         }
         let pose_at = |t: f64| {
-            let k = times.partition_point(|x| *x <= t).clamp(1, times.len() - 1) - 1;
-            let s = ((t - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
+            let since = if cyclic && !(0.0..=duration).contains(&t) { t.rem_euclid(duration) } else { t };
+            let k = times.partition_point(|x| *x <= since).clamp(1, times.len() - 1) - 1;
+            let s = ((since - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
             let around = |k: isize| {
                 let last = rows.len() as isize - 1;
                 let k = if cyclic { k.rem_euclid(last) } else { k.clamp(0, last) };
@@ -407,11 +430,29 @@ impl KeyPoses {
         let height = |t| center_of_mass(model, &pose_at(t)).y;
         let flight = |&seconds: &(f64, f64)| Flight { seconds, heights: (height(seconds.0), height(seconds.1)) };
         let flights: Vec<Flight> = air.iter().map(flight).collect();
-        for frame in 0..frames {
-            let t = frame as f64 / self.frame_rate;
+        let free = |t: f64| {
             let mut pose = pose_at(t);
             if let Some(height) = flights.iter().find_map(|f| f.height(t)) {
                 pose.root_position.y += height - center_of_mass(model, &pose).y;
+            }
+            pose
+        };
+        let whole = |pose: &Pose| {
+            let mut whole = ModelPose { root_position: pose.root_position, ..ModelPose::zero(model) };
+            whole.root_rotation = pose.root_rotation;
+            whole.joints[1..].copy_from_slice(&pose.joints);
+            whole
+        };
+        let once = &times[..=self.poses.len()];
+        let schedule = Schedule { times: once, mirrored: self.mirrored, repeat: self.repeat, cyclic };
+        let pins = Pins::new(&self.contacts, model, &schedule, |t| whole(&free(t)), ground);
+        for frame in 0..frames {
+            let t = frame as f64 / self.frame_rate;
+            let mut pose = free(t);
+            if !self.contacts.is_empty() {
+                let mut held = whole(&pose);
+                pins.apply(model, t, &mut held);
+                pose.joints.copy_from_slice(&held.joints[1..]);
             }
             clip.poses.push(pose);
         }
@@ -440,6 +481,7 @@ mod tests {
             repeat: 4,
             frame_rate: 30.0,
             windows: vec![],
+            contacts: vec![],
             optimize: OptimizeRecord::default(),
         };
         poses.to_clip(&preset("skater").unwrap()).unwrap()

@@ -10,6 +10,7 @@ mod fingerprint;
 mod import_check;
 mod import_motion;
 mod inverse_kinematics;
+mod key_contacts;
 mod key_pose_text;
 mod key_poses;
 mod mass;
@@ -35,6 +36,7 @@ pub use find_map::{FindMapError, FoundMap, MapRow, MapWarning, RestPose, find_ma
 pub use import_check::{MotionRefusal, MotionWarning, check_motion, check_size};
 pub use import_motion::{ImportMotionError, ImportWarning, ImportedMotion, import_motion};
 pub use inverse_kinematics::{BodySize, LandmarkTarget, PoseFit, PoseSolver};
+pub use key_contacts::KeyContact;
 pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};
 pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};

@@ -43,9 +43,12 @@ pub struct TrainOptions {
     /// Standard deviation of the exploration at the start and in the end, in units of the action.
     #[serde(alias = "sigma")]
     pub action_std: (f32, f32),
-    /// Samples over which it falls from the first to the last.
+    /// Samples over which it falls from the first to the last while every episode fails.
     #[serde(alias = "sigma_samples")]
     pub action_std_samples: f64,
+    /// Samples over which it falls where no episode fails; in between the mean of both speeds counts by the episodes that failed. What is
+    /// hard to find needs to be explored for long, what is found early is only disturbed by it.
+    pub action_std_able_samples: f64,
     /// What exploration and divergence are multiplied by in the end. Once the motion can be done (a measured survival of
     /// 90 %, and of 80 % in every row), smaller changes of the policy make it robust, larger ones undo as much as they gain.
     #[serde(alias = "settled")]
@@ -93,6 +96,7 @@ impl Default for TrainOptions {
             average: 20,
             action_std: (0.4, 0.08),
             action_std_samples: 4e6,
+            action_std_able_samples: 1.2e6,
             anneal: (0.6, 0.33),
             anneal_samples: 1e7,
             normalizer_iterations: 60,
@@ -153,8 +157,15 @@ impl TrainOptions {
                 return bad(option, share.to_string(), "0 to 1");
             }
         }
-        if self.anneal_samples.is_nan() || self.anneal_samples <= 0.0 {
-            return bad("anneal_samples", self.anneal_samples.to_string(), "more than 0");
+        let lengths = [
+            ("action_std_samples", self.action_std_samples),
+            ("action_std_able_samples", self.action_std_able_samples),
+            ("anneal_samples", self.anneal_samples),
+        ];
+        for (option, samples) in lengths {
+            if samples.is_nan() || samples <= 0.0 {
+                return bad(option, samples.to_string(), "more than 0");
+            }
         }
         if !(1..=10_000).contains(&self.average) {
             return bad("average", self.average.to_string(), "1 to 10000 iterations");

@@ -347,7 +347,7 @@ impl Trainer {
         let began = Instant::now();
         let before = self.curve.last().copied().unwrap_or_default();
         let o = &self.options;
-        let faded = (before.samples as f64 / o.action_std_samples).min(1.0) as f32;
+        let faded = self.faded().min(1.0) as f32;
         let annealed = (self.able_samples / o.anneal_samples).min(1.0) as f32;
         let action_std = o.action_std.0 * (o.action_std.1 / o.action_std.0).powf(faded) * o.anneal.0.powf(annealed);
         let largest_kl = o.kl * o.anneal.1.powf(annealed);
@@ -461,6 +461,17 @@ impl Trainer {
         iteration.seconds += began.elapsed().as_secs_f64();
         self.curve.push(iteration);
         iteration
+    }
+
+    /// How far exploration has fallen, from 0 to 1 and beyond.
+    fn faded(&self) -> f64 {
+        let (slow, fast) = (self.options.action_std_samples.recip(), self.options.action_std_able_samples.recip());
+        let mut before = 0;
+        let part = |i: &Iteration| {
+            let samples = (i.samples - core::mem::replace(&mut before, i.samples)) as f64;
+            samples * (slow * i.failed + fast * (1.0 - i.failed))
+        };
+        self.curve.iter().map(part).sum()
     }
 
     /// Whether the measurements until now left enough to the training, which has that many samples.

@@ -434,5 +434,12 @@ fn moving(poses: &KeyPoses) -> KeyPoses {
 fn standing(poses: &KeyPoses, index: usize) -> Option<KeyPoses> {
     let mut pose = poses.poses.get(index)?.clone();
     pose.airborne = false;
-    Some(KeyPoses { seconds: vec![0.1], poses: vec![pose], mirrored: false, repeat: 1, ..moving(poses) })
+    Some(KeyPoses {
+        seconds: vec![0.1],
+        poses: vec![pose],
+        mirrored: false,
+        repeat: 1,
+        contacts: Vec::new(),
+        ..moving(poses)
+    })
 }
