@@ -147,6 +147,14 @@ pub enum ClipError {
         /// The name looked for.
         partner: String,
     },
+    /// A clip lacks a joint that another one has.
+    #[error("clip `{clip}`: no joint `{joint}`, which the first clip has; both need the same joints to be joined")]
+    OtherJoints {
+        /// The clip.
+        clip: String,
+        /// The joint.
+        joint: String,
+    },
     /// A joint is no link of the character.
     #[error("clip `{clip}`: joint `{joint}` is no link of character `{character}`, which has: {links}")]
     UnknownJoint {

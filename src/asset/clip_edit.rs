@@ -55,6 +55,36 @@ impl MotionClip {
         Ok(clip)
     }
 
+    /// Clips one after the other in a clip of this name, each from where it is itself, and from when to when each lasts, s. Their times are rounded to
+    /// whole frames of `frame_rate` (poses per second); the joints are those of the first, which all must have.
+    pub fn joined(name: &str, clips: &[Self], frame_rate: f64) -> Result<(Self, Vec<(f64, f64)>), ClipError> {
+        let Some(first) = clips.first() else { return Err(ClipError::NoPoses { clip: name.to_owned() }) };
+        let (mut poses, mut parts) = (Vec::new(), Vec::new());
+        for clip in clips {
+            clip.check_option("frame rate", frame_rate, (1e-3..=1e5).contains(&frame_rate), "0.001 to 100000 /s")?;
+            let places = first.joints.iter().map(|joint| {
+                let place = clip.joints.iter().position(|j| j == joint);
+                place.ok_or_else(|| ClipError::OtherJoints { clip: clip.name.clone(), joint: joint.clone() })
+            });
+            let places = places.collect::<Result<Vec<_>, _>>()?;
+            let intervals = (clip.duration() * frame_rate).round().max(1.0);
+            if poses.len() as f64 + intervals >= MAX_POSES as f64 {
+                let found = poses.len() + intervals as usize;
+                return Err(ClipError::TooLarge { what: "poses", found, limit: MAX_POSES });
+            }
+            let from = poses.len() as f64 / frame_rate;
+            parts.push((from, from + intervals / frame_rate));
+            for k in 0..=intervals as usize {
+                let mut pose = clip.sample(clip.duration() * (k as f64 / intervals));
+                pose.joints = places.iter().map(|p| pose.joints[*p]).collect();
+                poses.push(pose);
+            }
+        }
+        let clip = Self { name: name.to_owned(), frame_rate, joints: first.joints.clone(), poses };
+        clip.validate()?;
+        Ok((clip, parts))
+    }
+
     /// The clip played `cycles` times, each cycle starting where the last one ended: the last pose counts as the first
     /// of the next cycle, moved along the ground and turned about the vertical.
     ///

@@ -35,6 +35,13 @@ pub struct SkillDefinition {
     /// A motion that repeats keeps its heading from cycle to cycle.
     #[serde(default)]
     pub straight: bool,
+    /// One cycle for each speed of a gait: from when to when in the motion, s, slow to fast; empty for a motion of one speed. See
+    /// [`TrackedMotion::gait`](crate::control::tracking::TrackedMotion::gait).
+    #[serde(default)]
+    pub gait: Vec<Range>,
+    /// How fast a gait goes over to another speed, m/s^2.
+    #[serde(default = "acceleration")]
+    pub acceleration: f64,
     /// Parameters, drawn for each trial.
     #[serde(default)]
     pub parameters: Vec<SkillParameter>,
@@ -93,6 +100,9 @@ fn ice() -> String {
 }
 fn thirty() -> f64 {
     30.0
+}
+fn acceleration() -> f64 {
+    1.5
 }
 fn action_scale() -> f64 {
     0.3
@@ -161,6 +171,8 @@ pub struct EpisodeOptions {
     pub joint_velocity_noise: f64,
     /// Pushes in training.
     pub push: Option<PushOptions>,
+    /// Commands that change during a trial.
+    pub steer: Option<SteerOptions>,
     /// Where in the motion trials begin, s; `None` is anywhere.
     pub start: Option<Range>,
     /// Part of the trials in training that begin in the pose in which another skill (see [`SkillDefinition::after`]) is
@@ -181,11 +193,22 @@ impl Default for EpisodeOptions {
             velocity_noise: 0.1,
             joint_velocity_noise: 0.5,
             push: None,
+            steer: None,
             start: None,
             after_share: 0.25,
             begin_share: 0.4,
         }
     }
+}
+
+/// Commands at random times: a speed from the range of the episode, and a turn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SteerOptions {
+    /// Time from one command to the next, s.
+    pub every: Range,
+    /// Fastest turn to either side, rad/s. A third of the commands go straight on.
+    pub turn: f64,
 }
 
 /// Pushes at random times from random sides.
@@ -337,6 +360,8 @@ impl SkillDefinition {
             window: None,
             cyclic: false,
             straight: false,
+            gait: Vec::new(),
+            acceleration: acceleration(),
             parameters: Vec::new(),
             course: None,
             warps: Vec::new(),
@@ -433,6 +458,15 @@ impl SkillDefinition {
         if !(0.0..=60.0).contains(&self.hold) {
             return bad("hold", self.hold.to_string(), "0 to 60 s");
         }
+        if !(0.05..=100.0).contains(&self.acceleration) {
+            return bad("acceleration", self.acceleration.to_string(), "0.05 to 100 m/s^2");
+        }
+        if let Some((a, b)) = self.gait.iter().find(|(a, b)| !(a.is_finite() && b.is_finite() && 0.0 <= *a && a < b)) {
+            return bad("gait", format!("({a}, {b})"), "two times in order, s");
+        }
+        if !self.gait.is_empty() && (!self.cyclic || self.window.is_some()) {
+            return bad("gait", format!("{} cycles", self.gait.len()), "a motion that is `cyclic`, without a `window`");
+        }
         if self.window.is_some_and(|(a, b)| !(a.is_finite() && b.is_finite() && 0.0 <= a && a < b)) {
             return bad("window", shown(self.window), "two times in order, s");
         }
@@ -469,6 +503,13 @@ impl SkillDefinition {
             let possible = (0.0..=1.0).contains(&joint) && (0.0..=5.0).contains(&velocity);
             if !(possible && (0.0..=20.0).contains(&turning)) {
                 return bad(field, format!("{joint}, {velocity}, {turning}"), "0 to 1 rad, 0 to 5 m/s, 0 to 20 rad/s");
+            }
+        }
+        for steer in e.steer.iter().chain(t.rows.iter().filter_map(|r| r.steer.as_ref())) {
+            let (least, most) = steer.every;
+            if !(0.1 <= least && least <= most && most <= 600.0 && (0.0..=20.0).contains(&steer.turn)) {
+                let found = format!("every {least} to {most} s up to {} rad/s", steer.turn);
+                return bad("steer", found, "0.1 to 600 s in order, 0 to 20 rad/s");
             }
         }
         for push in e.push.iter().chain(t.rows.iter().filter_map(|r| r.push.as_ref())) {

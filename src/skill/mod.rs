@@ -19,6 +19,7 @@ pub(crate) mod disturb;
 #[cfg(feature = "policy")]
 mod graph;
 mod performance;
+pub mod planner;
 mod prepare;
 #[cfg(feature = "policy")]
 mod program;
@@ -31,7 +32,7 @@ pub use criteria::{
 };
 pub use definition::{
     EpisodeOptions, PELVIS, PushOptions, Range, RewardScales, SkillDefinition, SkillError, SkillParameter, SkillWarp,
-    TerminationLimits, TouchOptions, TrialOptions, TrialRow, WarpDirection,
+    SteerOptions, TerminationLimits, TouchOptions, TrialOptions, TrialRow, WarpDirection,
 };
 #[cfg(feature = "policy")]
 pub use director::{Director, DirectorEvent, DirectorInput};

@@ -16,7 +16,10 @@ impl SkillDefinition {
             Some((from, to)) => lifted.cut(from, to)?,
             None => lifted,
         };
-        let motion = if self.cyclic {
+        let motion = if !self.gait.is_empty() {
+            let cycles = self.gait.iter().map(|(from, to)| part.cut(*from, *to)).collect::<Result<Vec<_>, _>>()?;
+            TrackedMotion::gait(&cycles, model, self.control_rate)?
+        } else if self.cyclic {
             TrackedMotion::cyclic(&part, model, self.control_rate, self.straight)?
         } else {
             TrackedMotion::once(&part, model, self.control_rate, self.hold)?
@@ -40,6 +43,7 @@ impl SkillDefinition {
             action_scale: self.action_scale,
             leash: self.leash,
             gains: self.gains,
+            acceleration: self.acceleration,
             ..TrackerOptions::default()
         }
     }

@@ -38,6 +38,7 @@ mod determinism;
 mod director;
 mod dynamics_identities;
 mod flight;
+mod gait;
 mod geometry;
 mod grips;
 mod joint_torques;

@@ -7,6 +7,7 @@ mod import_joints;
 mod info;
 mod info_policy;
 mod interrupt;
+mod join;
 mod map;
 mod motion;
 mod optimize;
@@ -48,6 +49,8 @@ enum Command {
     ImportJoints(import_joints::ImportJoints),
     /// Show what the skeleton of a .bvh file is taken for, and write that as a joint map to edit
     Map(map::Map),
+    /// Put motions one after the other into one clip, such as the cycles of a gait
+    Join(join::Join),
     /// Draw key poses or a motion
     Show(show::Show),
     /// Write a character or the character of a benchmark scene as a MuJoCo model
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
         Command::Optimize(command) => command.run(),
         Command::ImportJoints(command) => command.run(),
         Command::Map(command) => command.run(),
+        Command::Join(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),

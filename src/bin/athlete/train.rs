@@ -149,6 +149,8 @@ impl Train {
                 }
                 if let Some(text) = &self.within {
                     let (root, joints) = pair(text, "--within")?;
+                    // A reference that is dragged along stays well within what counts.
+                    skill.leash = skill.leash.map(|leash| leash.min(0.5 * root));
                     skill.trial.success.push(Criterion::Follows { root, turn: 57.3, joints });
                 }
                 if let Some(text) = &self.gains {

@@ -1,6 +1,6 @@
 //! The references of all lanes side by side: each lane is at a tick of its own.
 
-use crate::control::tracking::TrackedMotion;
+use crate::control::tracking::{TrackedMotion, TrackedTick};
 use crate::math::{Quat, Real, Vec3};
 
 /// One [`TrackedTick`](crate::control::tracking::TrackedTick) per lane, in the clip's own world.
@@ -46,7 +46,14 @@ impl<R: Real> Gathered<R> {
 
     /// Puts lane `lane` at tick `index`, warped to the values of the skill's parameters.
     pub fn set_lane(&mut self, lane: usize, motion: &TrackedMotion, index: usize, values: &[f64]) {
-        let tick = motion.tick(index);
+        self.put(lane, motion.tick(index));
+        if !motion.warps().is_empty() {
+            self.warp(lane, motion, index, values);
+        }
+    }
+
+    /// Puts lane `lane` where a reference is.
+    pub fn put(&mut self, lane: usize, tick: &TrackedTick) {
         self.root_position.set_lane(lane, tick.pose.root_position);
         self.root_rotation.set_lane(lane, tick.pose.root_rotation);
         self.root_angular.set_lane(lane, tick.velocity.root_angular);
@@ -66,9 +73,6 @@ impl<R: Real> Gathered<R> {
             mine.set_lane(lane, *theirs);
         }
         self.support.set_lane(lane, tick.support);
-        if !motion.warps().is_empty() {
-            self.warp(lane, motion, index, values);
-        }
         self.stands.set_lane(lane, f64::from(u8::from(tick.stands)));
     }
 

@@ -3,6 +3,7 @@
 /// Targets move on so often within a tick.
 pub const TICK_PARTS: usize = 4;
 
+mod gaits;
 mod gathered;
 mod heading;
 mod mirror;
@@ -13,9 +14,11 @@ mod tracker;
 mod warp;
 
 pub use super::terms::{ObservationLayout, PolicyMirror};
+pub use gaits::GaitLevel;
 pub(crate) use gathered::Gathered;
 pub use heading::Heading;
 pub use mirror::mirror_links;
+use motion::phase_hats;
 pub use motion::{CycleShift, STANDS, TrackedMotion, TrackedTick};
 pub(crate) use seen_body::{AllLanes, SeenBody};
 #[cfg(feature = "engine")]

@@ -1,8 +1,8 @@
 //! A clip prepared for tracking: what the body should be like at every tick of the controller.
 
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::control::tracking::Warp;
 use crate::control::tracking::mirror::{image, image_of_rotation, image_of_turn};
+use crate::control::tracking::{GaitLevel, Warp};
 use crate::control::{Reference, ReferenceTick};
 use crate::dynamics::{LinkConstants, LinkKinematics, State, momentum, totals, update_positions, update_velocities};
 use crate::math::Vec3;
@@ -57,6 +57,7 @@ pub struct TrackedMotion {
     mean_speed: f64,
     ends: Vec<usize>,
     warps: Vec<Warp>,
+    levels: Vec<GaitLevel>,
 }
 
 impl TrackedMotion {
@@ -164,7 +165,7 @@ impl TrackedMotion {
             tick.travel = travel;
         }
         let mean_speed = ticks.iter().map(|t| t.com_velocity.dot(t.travel)).sum::<f64>() / count as f64;
-        Self { ticks, cycle, tick_rate, mean_speed, ends, warps: Vec::new() }
+        Self { ticks, cycle, tick_rate, mean_speed, ends, warps: Vec::new(), levels: Vec::new() }
     }
 
     /// The mirror image, its left and right exchanged; `links` has for each link the one on the other side (see
@@ -173,33 +174,57 @@ impl TrackedMotion {
         let swapped = |list: &[DQuat]| links.iter().map(|&i| image_of_rotation(list[i])).collect();
         let end_of = |end: &usize| self.ends.iter().position(|e| *e == links[*end]);
         let ends: Vec<usize> = self.ends.iter().enumerate().map(|(k, end)| end_of(end).unwrap_or(k)).collect();
-        let ticks = self.ticks.iter().map(|t| TrackedTick {
-            pose: ModelPose {
-                root_position: image(t.pose.root_position),
-                root_rotation: image_of_rotation(t.pose.root_rotation),
-                joints: swapped(&t.pose.joints),
-            },
-            velocity: ModelVelocity {
-                root_linear: image(t.velocity.root_linear),
-                root_angular: image_of_turn(t.velocity.root_angular),
-                joints: links.iter().map(|&i| image_of_turn(t.velocity.joints[i])).collect(),
-            },
-            com: image(t.com),
-            com_velocity: image(t.com_velocity),
-            ends: ends.iter().map(|&k| image(t.ends[k])).collect(),
-            travel: image(t.travel),
-            phase: t.phase,
-            support: t.support,
-            stands: t.stands,
-        });
+        let ticks = |ticks: &[TrackedTick]| {
+            ticks
+                .iter()
+                .map(|t| TrackedTick {
+                    pose: ModelPose {
+                        root_position: image(t.pose.root_position),
+                        root_rotation: image_of_rotation(t.pose.root_rotation),
+                        joints: swapped(&t.pose.joints),
+                    },
+                    velocity: ModelVelocity {
+                        root_linear: image(t.velocity.root_linear),
+                        root_angular: image_of_turn(t.velocity.root_angular),
+                        joints: links.iter().map(|&i| image_of_turn(t.velocity.joints[i])).collect(),
+                    },
+                    com: image(t.com),
+                    com_velocity: image(t.com_velocity),
+                    ends: ends.iter().map(|&k| image(t.ends[k])).collect(),
+                    travel: image(t.travel),
+                    phase: t.phase,
+                    support: t.support,
+                    stands: t.stands,
+                })
+                .collect::<Vec<_>>()
+        };
         let cycle = |c: &CycleShift| CycleShift { turn: (c.turn.0, -c.turn.1), shift: image(c.shift) };
         Self {
-            ticks: ticks.collect(),
+            ticks: ticks(&self.ticks),
+            levels: self.levels.iter().map(|l| GaitLevel { ticks: ticks(&l.ticks), ..*l }).collect(),
             cycle: self.cycle.as_ref().map(cycle),
             ends: self.ends.clone(),
             warps: self.warps.iter().map(Warp::mirrored).collect(),
             ..*self
         }
+    }
+
+    /// The middle level of a gait with all of them.
+    pub(super) fn with_levels(
+        self,
+        ticks: Vec<TrackedTick>,
+        cycle: CycleShift,
+        tick_rate: f64,
+        mean_speed: f64,
+        levels: Vec<GaitLevel>,
+    ) -> Self {
+        Self { ticks, cycle: Some(cycle), tick_rate, mean_speed, levels, ..self }
+    }
+    pub(super) fn gait_levels(&self) -> &[GaitLevel] {
+        &self.levels
+    }
+    pub(super) fn ticks(&self) -> &[TrackedTick] {
+        &self.ticks
     }
 
     /// The same motion, warped to parameters of its skill.
@@ -289,7 +314,7 @@ fn lowest_foot(model: &CharacterModel, links: &[LinkKinematics<f64>]) -> f64 {
 
 /// Hat functions around evenly spaced centres: on a ring for a motion that repeats, from start to end for one that ends.
 /// Piecewise linear, so the same bits everywhere.
-fn phase_hats(phase: f64, ring: bool) -> [f64; TrackedMotion::PHASES] {
+pub(super) fn phase_hats(phase: f64, ring: bool) -> [f64; TrackedMotion::PHASES] {
     let n = TrackedMotion::PHASES as f64;
     core::array::from_fn(|k| {
         let (spacing, x) = if ring { (n, phase * n) } else { (n - 1.0, phase * (n - 1.0)) };

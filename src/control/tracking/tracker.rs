@@ -12,7 +12,7 @@ use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::Terrain;
 use crate::control::terms::{BodyFrame, ObservationLayout, ObservationTerm, View};
 use crate::control::tracking::gathered::Gathered;
-use crate::control::tracking::{AllLanes, Heading, SeenBody, Support, TrackedMotion};
+use crate::control::tracking::{AllLanes, Heading, SeenBody, Support, TrackedMotion, TrackedTick};
 use crate::math::{Quat, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::Simulator;
@@ -29,13 +29,15 @@ pub struct TrackerOptions {
     pub leash: Option<f64>,
     /// Sine of the angle by which the reference's heading may differ before it is dragged along.
     pub turn_leash: f64,
+    /// How fast a gait goes over to another speed, m/s^2.
+    pub acceleration: f64,
     /// Servo gains for all joints (kp N m/rad, kd N m s/rad) in place of the character's.
     pub gains: Option<(f64, f64)>,
 }
 
 impl Default for TrackerOptions {
     fn default() -> Self {
-        Self { action_scale: 0.3, ramp: 0.5, leash: None, turn_leash: 0.5, gains: None }
+        Self { action_scale: 0.3, ramp: 0.5, leash: None, turn_leash: 0.5, acceleration: 1.5, gains: None }
     }
 }
 
@@ -71,6 +73,11 @@ pub struct Tracker<R: Real> {
     motion: Arc<TrackedMotion>,
     options: TrackerOptions,
     ticks: Vec<usize>,
+    /// Of a gait: how far each lane is between its tick and the next, and how fast it goes, m/s.
+    fractions: Vec<f64>,
+    paces: Vec<f64>,
+    /// Where a gait is worked out.
+    sampled: TrackedTick,
     anchor_heading: Heading<R>,
     anchor_place: Vec3<R>,
     speed: R,
@@ -102,6 +109,9 @@ impl<R: Real> Tracker<R> {
             scan: vec![R::zero(); scan],
             layout,
             ticks: vec![0; R::LANES],
+            fractions: vec![0.0; R::LANES],
+            paces: vec![motion.mean_speed(); R::LANES],
+            sampled: motion.tick(0).clone(),
             anchor_heading: Heading::ahead(),
             anchor_place: Vec3::zero(),
             speed: R::splat(motion.mean_speed()),
@@ -205,7 +215,8 @@ impl<R: Real> Tracker<R> {
         place: glam::DVec3,
     ) {
         let motion = self.motion.clone();
-        let reference = motion.tick(tick);
+        self.paces[lane] = motion.pace(start_speed);
+        let reference = motion.at_pace(tick, self.paces[lane]);
         let (p, v) = (&reference.pose, &reference.velocity);
         self.enter(lane, tick);
         self.anchor(lane, heading, place);
@@ -215,7 +226,8 @@ impl<R: Real> Tracker<R> {
         let root = glam::DVec3::new(place.x, now.y + place.y, place.z);
         self.set_support(lane, reference.support + place.y, glam::DVec3::ZERO);
         sim.state.set_pose(lane, root, turn * p.root_rotation, &p.joints);
-        let added = reference.travel * (start_speed - motion.mean_speed());
+        let mean = if motion.levels().is_empty() { motion.mean_speed() } else { self.paces[lane] };
+        let added = reference.travel * (start_speed - mean);
         sim.state.set_velocity(lane, turned(v.root_linear + added), turned(v.root_angular), &v.joints);
         for impulse in sim.state.contact_impulses.iter_mut().chain(&mut sim.state.grip_impulses) {
             impulse.set_lane(lane, glam::DVec3::ZERO);
@@ -230,6 +242,8 @@ impl<R: Real> Tracker<R> {
     /// Tick, place and targets of a lane; the motion itself is not part of it.
     pub fn write_state(&self, lane: usize, out: &mut StateWriter) {
         out.count(self.ticks[lane]);
+        out.number(self.fractions[lane]);
+        out.number(self.paces[lane]);
         out.number(self.anchor_heading.c.lane(lane));
         out.number(self.anchor_heading.s.lane(lane));
         out.vector(self.anchor_place.lane(lane));
@@ -250,6 +264,11 @@ impl<R: Real> Tracker<R> {
     /// Brings a lane to where one of a tracker of the same motion was.
     pub fn read_state(&mut self, lane: usize, from: &mut StateReader) -> Result<(), StateError> {
         let tick = from.below("tick of the motion", self.motion.last() + 1)?;
+        let fraction = from.number("part of the tick")?;
+        if !(0.0..1.0).contains(&fraction) {
+            return Err(StateError::value("part of the tick", fraction, "0 to 1"));
+        }
+        self.paces[lane] = from.number("pace of the reference")?;
         self.anchor_heading.c.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_heading.s.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_place.set_lane(lane, from.vector("place of the reference")?);
@@ -267,7 +286,7 @@ impl<R: Real> Tracker<R> {
         for value in &mut self.scan {
             value.set_lane(lane, from.number("height ahead")?);
         }
-        self.enter(lane, tick);
+        self.enter_at(lane, tick, fraction);
         from.exactly("number of targets", self.to.len())?;
         for q in self.from.iter_mut().chain(&mut self.to) {
             q.set_lane(lane, from.rotation("target")?);
@@ -282,7 +301,9 @@ impl<R: Real> Tracker<R> {
         let mass = sim.model().mass();
         let velocity = sim.total_momentum().linear.lane(lane) / mass;
         let motion = self.motion.clone();
-        let reference = motion.tick(tick);
+        let level = velocity * glam::DVec3::new(1.0, 0.0, 1.0);
+        self.paces[lane] = motion.pace(level.length());
+        let reference = motion.at_pace(tick, self.paces[lane]);
         self.enter(lane, tick);
         let scalar = |q: glam::DQuat| Heading::of(Quat::<f64>::splat(q));
         let (goes, faces) = (glam::DVec3::new(velocity.x, 0.0, velocity.z), sim.state.root_rotation.lane(lane));
@@ -326,9 +347,32 @@ impl<R: Real> Tracker<R> {
     }
 
     fn enter(&mut self, lane: usize, tick: usize) {
+        self.enter_at(lane, tick, 0.0);
+    }
+
+    fn enter_at(&mut self, lane: usize, tick: usize, fraction: f64) {
         self.ticks[lane] = tick;
+        self.fractions[lane] = fraction;
+        if !self.motion.levels().is_empty() {
+            let phase = tick as f64 + fraction;
+            self.stride(lane, phase);
+            return;
+        }
         self.now.set_lane(lane, &self.motion, tick, &self.values[lane]);
         self.next.set_lane(lane, &self.motion, self.following(tick), &self.values[lane]);
+    }
+
+    /// Puts a lane of a gait at a phase, ticks.
+    fn stride(&mut self, lane: usize, phase: f64) {
+        let motion = &self.motion;
+        let around = |phase: f64| if phase >= motion.last() as f64 { phase - motion.last() as f64 } else { phase };
+        let (phase, pace) = (around(phase), self.paces[lane]);
+        self.ticks[lane] = phase as usize;
+        self.fractions[lane] = phase - self.ticks[lane] as f64;
+        motion.sample(phase, pace, &mut self.sampled);
+        self.now.put(lane, &self.sampled);
+        motion.sample(around(phase + motion.phase_step(pace)), pace, &mut self.sampled);
+        self.next.put(lane, &self.sampled);
     }
 
     /// The tick after `tick`, counted within the cycle for its pose.
@@ -363,6 +407,11 @@ impl<R: Real> Tracker<R> {
     pub fn reference_pose_at(&self, lane: usize, part: f64) -> ModelPose {
         let begins_anew = self.motion.cycle().is_some() && self.ticks[lane] >= self.motion.last();
         let now = self.placed(&self.now, lane);
+        if !self.motion.levels().is_empty() {
+            let mut next = self.placed(&self.next, lane);
+            next.root_position += self.gone(lane);
+            return now.mix(&next, part.clamp(0.0, 1.0));
+        }
         if begins_anew || part <= 0.0 { now } else { now.mix(&self.placed(&self.next, lane), part.min(1.0)) }
     }
 
@@ -379,7 +428,9 @@ impl<R: Real> Tracker<R> {
     /// Velocity that the reference's centre of mass has at the commanded speed, world axes, m/s.
     #[inline]
     fn wanted_velocity(&self) -> Vec3<R> {
-        let added = self.speed - R::splat(self.motion.mean_speed());
+        // A gait is at its pace.
+        let mean = R::splat(self.motion.mean_speed());
+        let added = if self.motion.levels().is_empty() { self.speed - mean } else { R::zero() };
         self.anchor_heading.to_world(self.now.travel.mul_add(added, self.now.com_velocity)) + self.support.velocity
     }
 
@@ -441,6 +492,16 @@ impl<R: Real> Tracker<R> {
         core::mem::swap(&mut self.now, &mut self.next);
         let motion = self.motion.clone();
         for lane in 0..R::LANES {
+            if !motion.levels().is_empty() {
+                let gone = self.anchor_place.lane(lane) + self.gone(lane);
+                self.anchor_place.set_lane(lane, gone);
+                let phase = self.ticks[lane] as f64 + self.fractions[lane] + motion.phase_step(self.paces[lane]);
+                let most = self.options.acceleration / motion.tick_rate();
+                let wanted = motion.pace(self.speed.lane(lane)) - self.paces[lane];
+                self.paces[lane] += wanted.clamp(-most, most);
+                self.stride(lane, phase);
+                continue;
+            }
             let tick = self.ticks[lane];
             let following = self.following(tick);
             if let Some(cycle) = motion.cycle()
@@ -463,6 +524,12 @@ impl<R: Real> Tracker<R> {
         if let Some(leash) = self.options.leash {
             self.follow(sim, leash);
         }
+    }
+
+    /// How far the reference of a gait goes in a decision, world axes, m.
+    fn gone(&self, lane: usize) -> glam::DVec3 {
+        let along = self.now.travel.lane(lane) * (self.paces[lane] / self.motion.tick_rate());
+        self.heading(lane).to_world(Vec3::splat(along)).lane(0)
     }
 
     /// Drags the anchors along: first their headings, then their places.

@@ -1,6 +1,6 @@
 //! How the trials of a skill are drawn and judged.
 
-use super::{PushOptions, Range};
+use super::{PushOptions, Range, SteerOptions};
 use crate::control::tracking::TrackedMotion;
 use crate::skill::Criterion;
 use serde::{Deserialize, Serialize};
@@ -68,6 +68,9 @@ pub struct TrialRow {
     /// Pushes.
     #[serde(default)]
     pub push: Option<PushOptions>,
+    /// Commands that change; by default those of the training where the row names no speed.
+    #[serde(default)]
+    pub steer: Option<SteerOptions>,
 }
 
 impl TrialOptions {

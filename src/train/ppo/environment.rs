@@ -83,6 +83,9 @@ struct Lane {
     push_to: usize,
     push: DVec3,
     pushed: usize,
+    /// When the next command comes, and how far the reference turns in a tick until then, rad.
+    command_at: usize,
+    turn: f64,
     /// Ticks in a row that a standing foot has been up.
     lifted: usize,
     /// Heading of the reference's world when the trial began.
@@ -107,6 +110,8 @@ impl Lane {
             push_to: 0,
             push: DVec3::ZERO,
             pushed: 0,
+            command_at: 0,
+            turn: 0.0,
             lifted: 0,
             heading,
             samples: Vec::new(),
@@ -252,6 +257,9 @@ impl<R: Real> Environment<R> {
         self.lanes[lane] = Lane::new(left, part, self.tracker.heading(lane));
         self.lanes[lane].start = Some(began);
         self.lanes[lane].whole = task.judged || (task.counts_whole() && tick == 0 && !follows);
+        if let Some(steer) = &episode.steer {
+            self.lanes[lane].command_at = (draw(random, steer.every) * rate) as usize;
+        }
         if !again {
             self.random = own;
         }
@@ -340,6 +348,7 @@ impl<R: Real> Environment<R> {
             Vec3::new(part(0), part(1), part(2))
         });
         self.push_lanes();
+        self.steer_lanes();
         let steps = (task.settings.rate / (task.skill.control_rate * SUBTICKS as f64)).round() as usize;
         let none = R::zero().lt(R::zero());
         let mut touched = none;
@@ -390,6 +399,26 @@ impl<R: Real> Environment<R> {
         (0..R::LANES)
             .map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size]))
             .collect()
+    }
+
+    /// Commands that change.
+    fn steer_lanes(&mut self) {
+        let task = self.task.clone();
+        let Some(steer) = &task.skill.episode.steer else { return };
+        let rate = task.skill.control_rate;
+        for (lane, l) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.age >= l.command_at) {
+            l.command_at = l.age + ((draw(&mut self.random, steer.every) * rate) as usize).max(1);
+            let turn = 1.5 * draw(&mut self.random, (-1.0, 1.0));
+            // A third of them goes straight on.
+            l.turn = (turn - turn.clamp(-0.5, 0.5)) * steer.turn / rate;
+            if let Some(speed) = task.skill.episode.speed {
+                self.tracker.set_speed(lane, draw(&mut self.random, speed));
+            }
+        }
+        self.tracker.steer(R::from_lanes(|lane| self.lanes[lane].turn));
+        for l in &mut self.lanes {
+            l.heading = l.heading.turned(Heading { c: 1.0 - 0.5 * l.turn * l.turn, s: l.turn }).normalized();
+        }
     }
 
     fn push_lanes(&mut self) {

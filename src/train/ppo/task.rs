@@ -228,7 +228,7 @@ impl SkillTask {
     /// The skill's table: for each row its name and the task that its trials are made of.
     pub fn trials(&self) -> Result<Vec<(String, Arc<Self>)>, TaskError> {
         let trial = &self.skill.trial;
-        let plain = TrialRow { name: "unpushed".into(), speed: None, start_speed: None, push: None };
+        let plain = TrialRow { name: "unpushed".into(), speed: None, start_speed: None, push: None, steer: None };
         let rows = if trial.rows.is_empty() { core::slice::from_ref(&plain) } else { &trial.rows };
         rows.iter().map(|row| Ok((row.name.clone(), Arc::new(self.trial(row)?)))).collect()
     }
@@ -249,6 +249,7 @@ impl SkillTask {
             velocity_noise: trial.velocity_noise,
             joint_velocity_noise: trial.joint_velocity_noise,
             push: row.push.clone(),
+            steer: row.steer.clone().or_else(|| episode.steer.clone().filter(|_| row.speed.is_none())),
             start,
             after_share: 0.0,
             begin_share: 0.0,

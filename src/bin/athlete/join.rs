@@ -1,0 +1,59 @@
+//! `athlete join`: motions one after the other in one clip, such as the cycles of a gait.
+
+use crate::motion::load_motion;
+use crate::output::{Outcome, say, say_json};
+use bevy_athlete::asset::clip::MotionClip;
+use bevy_athlete::cli::{ArgumentError, check_output, load_character};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Prints from when to when each motion is in the clip, as the field `gait` of a skill file has it.
+#[derive(Debug, Args)]
+pub struct Join {
+    /// Motions (.clip.ron, .keyposes.ron, .bvh) in their order
+    #[arg(required = true, num_args = 2..)]
+    files: Vec<PathBuf>,
+    /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
+    #[arg(long)]
+    character: String,
+    /// Joint map for .bvh files
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// Poses per second of the clip
+    #[arg(long, default_value_t = 60.0)]
+    frame_rate: f64,
+    /// The clip to write (.clip.ron)
+    #[arg(long)]
+    out: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Join {
+    pub fn run(&self) -> Outcome {
+        if !(1.0..=1000.0).contains(&self.frame_rate) {
+            return Err(ArgumentError::new("--frame-rate", self.frame_rate, "1 to 1000 poses per second").into());
+        }
+        if !self.out.to_string_lossy().ends_with(".clip.ron") {
+            return Err(ArgumentError::new("--out", self.out.display(), "a name that ends in .clip.ron").into());
+        }
+        check_output("--out", &self.out)?;
+        let model = load_character(&self.character)?;
+        let clips = self.files.iter().map(|file| load_motion(file, self.map.as_deref(), &model));
+        let clips = clips.collect::<Result<Vec<_>, _>>()?;
+        let name = self.out.file_name().and_then(|n| n.to_str()).and_then(|n| n.split('.').next()).unwrap_or("joined");
+        let (joined, parts) = MotionClip::joined(name, &clips, self.frame_rate)?;
+        joined.save(&self.out)?;
+        if self.json {
+            say_json(&json!({ "clip": self.out, "gait": parts }))?;
+        } else {
+            let parts: Vec<String> = parts.iter().map(|(from, to)| format!("({from:.4}, {to:.4})")).collect();
+            say(&format!("{}: {} poses", self.out.display(), joined.poses.len()))?;
+            say(&format!("gait: [{}]", parts.join(", ")))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}

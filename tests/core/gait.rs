@@ -1,0 +1,215 @@
+//! Contacts of key poses, and gaits of several speeds: feet that stand do not slide.
+
+use bevy_athlete::asset::clip::MotionClip;
+use bevy_athlete::asset::{StateReader, StateWriter};
+use bevy_athlete::control::terms::{ObservationLayout, ObservationTerm};
+use bevy_athlete::control::tracking::{TrackedMotion, Tracker, TrackerOptions};
+use bevy_athlete::model::{CharacterModel, KeyPoses, ModelPose, SharedModel, preset};
+use bevy_athlete::sim::{SimulationSettings, Simulator};
+use glam::DVec3;
+use std::path::Path;
+use std::sync::Arc;
+
+const GAITS: [(&str, &str, &[&str]); 2] = [
+    ("foot_human", "walking/walk", &["stand", "slow", "brisk", "fast"]),
+    ("runner", "running/run", &["stand", "walk", "jog", "run", "fast_run"]),
+];
+
+fn key_poses(folder: &str, name: &str) -> KeyPoses {
+    let file = Path::new("assets/skills").join(folder).join(format!("{name}.keyposes.ron"));
+    KeyPoses::load(file).unwrap()
+}
+
+fn cycles(folder: &str, names: &[&str], model: &CharacterModel) -> Vec<MotionClip> {
+    names.iter().map(|name| key_poses(folder, name).to_clip(model).unwrap()).collect()
+}
+
+/// Centre of a contact point, m.
+fn place(model: &CharacterModel, pose: &ModelPose, point: &str) -> DVec3 {
+    let p = model.contact_points.iter().find(|p| p.name == point).unwrap();
+    let mut links = Vec::new();
+    pose.link_transforms(model, &mut links);
+    links[p.link].position + links[p.link].rotation * p.position
+}
+
+#[test]
+fn points_in_contact_lie_still_on_the_ground() {
+    for (body, folder, names) in GAITS {
+        let model = preset(body).unwrap();
+        for name in names.iter().skip(1) {
+            let poses = key_poses(folder, name);
+            let free = KeyPoses { contacts: Vec::new(), ..poses.clone() };
+            // Three strides: contacts reach over the ends of each.
+            let clip = |poses: &KeyPoses| {
+                let clip = KeyPoses { repeat: 3, frame_rate: 120.0, ..poses.clone() }.to_clip(&model).unwrap();
+                clip.to_model(&model).unwrap()
+            };
+            let (pinned, free) = (clip(&poses), clip(&free));
+            let half: f64 = poses.seconds.iter().sum();
+            let time = |pose: f64| {
+                let n = poses.seconds.len() as f64;
+                let (whole, k) = ((pose / n).floor(), pose.rem_euclid(n) as usize);
+                whole * half + poses.seconds[..k].iter().sum::<f64>() + poses.seconds[k] * pose.fract()
+            };
+            let (mut slid, mut slides, mut off): (f64, f64, f64) = (0.0, 0.0, 0.0);
+            for (point, (from, to)) in &poses.contacts[0].points {
+                let radius = model.contact_points.iter().find(|p| p.name == *point).unwrap().radius;
+                let spread = |clip: &bevy_athlete::model::ModelClip| {
+                    // The middle one of the three strides.
+                    let at = |k: usize| {
+                        let t = 2.0 * half + time(*from) + (time(*to) - time(*from)) * k as f64 / 20.0;
+                        place(&model, &clip.sample(t), point)
+                    };
+                    let first = at(10);
+                    (0..=20)
+                        .map(|k| ((at(k) - first).length(), (at(k).y - radius).abs()))
+                        .fold((0.0f64, 0.0f64), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+                };
+                let (a, b) = (spread(&pinned), spread(&free));
+                (slid, slides, off) = (slid.max(a.0), slides.max(b.0), off.max(a.1));
+            }
+            assert!(slid < 0.012 && off < 0.012, "{body}, {name}: a point slid by {slid} m, {off} m off the ground");
+            assert!(slides > 3.0 * slid, "{body}, {name}: without contacts {slides} m, with them {slid} m");
+        }
+    }
+}
+
+#[test]
+fn contacts_that_cannot_be_are_refused_by_place() {
+    let model = preset("runner").unwrap();
+    let text = |points: &str| {
+        format!(
+            "(name: \"c\", character: \"runner\", speed: 1, seconds: [0.5, 0.5], poses: [(), ()], contacts: [(points: {points})])"
+        )
+    };
+    for (points, word) in [
+        ("{}", "at least one"),
+        ("{\"nose\": (0, 1)}", "heel_inner_left"),
+        ("{\"hand_left\": (1, 0)}", "in order"),
+        ("{\"hand_left\": (0, 3)}", "0 to 1"),
+        ("{\"hand_left\": (0, NaN)}", "0 to 1"),
+        ("{\"hand_left\": (0, 1)}, at: (0, inf, 1)", "metres"),
+    ] {
+        let refusal = KeyPoses::from_ron(&text(points), "c").unwrap().to_clip(&model).unwrap_err().to_string();
+        assert!(refusal.contains("contact 0") && refusal.contains(word), "{points}: {refusal}");
+    }
+    // A hand on a box that is higher than the poses have it.
+    let poses = KeyPoses::from_ron(&text("{\"hand_left\": (0, 1)}, at: (-0.4, 0.6, 0.5)"), "c").unwrap();
+    let clip = poses.to_clip(&model).unwrap().to_model(&model).unwrap();
+    let hand = place(&model, &clip.sample(0.25), "hand_left");
+    assert!((hand - DVec3::new(-0.4, 0.63, -0.5)).length() < 0.02, "{hand}");
+}
+
+/// The gait of a body, and its speeds.
+fn gait(body: &str, folder: &str, names: &[&str]) -> (SharedModel, TrackedMotion) {
+    let model = preset(body).unwrap();
+    let motion = TrackedMotion::gait(&cycles(folder, names, &model), &model, 30.0).unwrap();
+    (model, motion)
+}
+
+#[test]
+fn a_gait_has_the_speeds_of_its_cycles_and_goes_at_the_pace_that_is_asked() {
+    for (body, folder, names) in GAITS {
+        let (model, motion) = gait(body, folder, names);
+        let speeds: Vec<f64> = motion.levels().iter().map(|l| l.speed).collect();
+        assert!(speeds[0] < 1e-3 && speeds.windows(2).all(|w| w[0] < w[1]), "{body}: {speeds:?}");
+        let layout = Arc::new(ObservationLayout::from_terms(&model, &ObservationTerm::STANDARD, 0));
+        let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+        let mut tracker = Tracker::new(Arc::new(motion.clone()), TrackerOptions::default(), layout);
+        let top = speeds[speeds.len() - 1];
+        let mut pace = 0.05;
+        while pace < top {
+            tracker.begin(&mut sim, 0, 0, pace);
+            tracker.set_speed(0, pace);
+            let start = tracker.reference_root();
+            let (count, mut lowest, mut slid): (usize, Option<(usize, DVec3)>, f64) = (300, None, 0.0);
+            for _ in 0..count {
+                tracker.advance(&sim);
+                let pose = tracker.reference_pose(0);
+                // The point that is lowest at both ends of a decision should be where it was.
+                let mut links = Vec::new();
+                pose.link_transforms(&model, &mut links);
+                let bottom = |k: usize| {
+                    let p = &model.contact_points[k];
+                    links[p.link].position + links[p.link].rotation * p.position - DVec3::Y * p.radius
+                };
+                let points = 0..model.contact_points.len();
+                let k = points.min_by(|a, b| bottom(*a).y.total_cmp(&bottom(*b).y)).unwrap();
+                if let Some((before, was)) = lowest
+                    && before == k
+                    && bottom(k).y < 0.01
+                {
+                    slid = slid.max((bottom(k) - was).length());
+                }
+                lowest = Some((k, bottom(k)));
+            }
+            let gone = (tracker.reference_root() - start).lane(0);
+            let seconds = count as f64 / 30.0;
+            assert!((gone.length() / seconds - pace).abs() < 0.05, "{body} at {pace} m/s: {gone} in {seconds} s");
+            // A foot that slid with the body would go by pace / 30.
+            assert!(slid < 0.012 + 0.25 * pace / 30.0, "{body} at {pace} m/s: a standing point went by {slid} m");
+            pace += 0.31;
+        }
+    }
+}
+
+#[test]
+fn a_gait_changes_its_pace_no_faster_than_asked_and_its_reference_never_jumps() {
+    let (model, motion) = gait("foot_human", "walking/walk", GAITS[0].2);
+    let layout = Arc::new(ObservationLayout::from_terms(&model, &ObservationTerm::STANDARD, 0));
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let options = TrackerOptions { acceleration: 2.0, ..TrackerOptions::default() };
+    let mut tracker = Tracker::new(Arc::new(motion), options, layout.clone());
+    tracker.begin(&mut sim, 0, 5, 0.0);
+    let mut before = tracker.reference_root().lane(0);
+    let (mut fastest, mut speed_before): (f64, f64) = (0.0, 0.0);
+    for k in 0..240 {
+        tracker.set_speed(0, if k < 120 { 1.7 } else { 0.0 });
+        tracker.advance(&sim);
+        let here = tracker.reference_root().lane(0);
+        let speed = (here - before).length() * 30.0;
+        fastest = fastest.max(speed);
+        // 2 m/s^2 is 0.07 m/s in a decision; the root sways within a step, too.
+        assert!((speed - speed_before).abs() < 0.25, "decision {k}: {speed_before} to {speed} m/s");
+        (before, speed_before) = (here, speed);
+        let ends = &tracker.reference_pose_at(0, 0.999_999).root_position;
+        let mut ahead = tracker.clone();
+        ahead.advance(&sim);
+        assert!((ahead.reference_root().lane(0) - *ends).length() < 5e-3, "decision {k}: shown between two decisions");
+    }
+    assert!(fastest > 1.6 && speed_before < 0.02, "{fastest} m/s, then {speed_before}");
+
+    // What is written is where it goes on from.
+    tracker.set_speed(0, 1.1);
+    (0..7).for_each(|_| tracker.advance(&sim));
+    let mut out = StateWriter::default();
+    tracker.write_state(0, &mut out);
+    let mut other = Tracker::new(tracker.motion().clone(), options, layout);
+    other.read_state(0, &mut StateReader::new(&out.finish())).unwrap();
+    for _ in 0..50 {
+        assert_eq!(tracker.reference_pose(0), other.reference_pose(0));
+        tracker.advance(&sim);
+        other.advance(&sim);
+    }
+}
+
+#[test]
+fn clips_are_joined_one_after_the_other() {
+    let model = preset("foot_human").unwrap();
+    let cycles = cycles("walking/walk", GAITS[0].2, &model);
+    let (joined, parts) = MotionClip::joined("walk", &cycles, 60.0).unwrap();
+    assert_eq!(parts.len(), cycles.len());
+    for ((from, to), cycle) in parts.iter().zip(&cycles) {
+        assert!((to - from - cycle.duration()).abs() <= 0.5 / 60.0 + 1e-9);
+        let part = joined.cut(*from, *to).unwrap();
+        for s in [0.0, 0.3, 1.0] {
+            let (a, b) = (part.sample(s * part.duration()), cycle.sample(s * cycle.duration()));
+            assert!(a.root_position.distance(b.root_position) < 2e-3);
+            assert!(a.joints.iter().zip(&b.joints).all(|(a, b)| a.angle_between(*b) < 0.03));
+        }
+    }
+    let other = preset("runner").unwrap();
+    let stranger = key_poses("running/run", "walk").to_clip(&other).unwrap();
+    let refusal = MotionClip::joined("walk", &[cycles[0].clone(), stranger], 60.0).unwrap_err().to_string();
+    assert!(refusal.contains("no joint") && refusal.contains("which the first clip has"), "{refusal}");
+}
