@@ -1,6 +1,6 @@
 //! What a policy file says about itself: what goes in, what comes out, what it was trained for.
 //!
-//! The contract is JSON, kept in the metadata of the ONNX file under [`CONTRACT_KEY`]; `docs/policies.md` goes through
+//! The contract is JSON, kept in the metadata of the ONNX file under [`CONTRACT_KEY`]; `docs/book/policies.md` goes through
 //! it field by field. Any trainer can write one.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};

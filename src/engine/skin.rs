@@ -252,5 +252,5 @@ fn hide_shapes(
 
 /// The code of the guide compiles.
 #[cfg(doctest)]
-#[doc = include_str!("../../docs/dress.md")]
+#[doc = include_str!("../../docs/book/dress.md")]
 struct Guide;

@@ -52,7 +52,7 @@ pub enum MotionWarning {
 pub enum MotionRefusal {
     /// Upside down for the whole clip.
     #[error(
-        "`{foot}` is above `{head}` in {:.0} % of the poses: up is wrong, or the rest pose; see `up`, `facing` and `rest_degrees` in docs/motions.md",
+        "`{foot}` is above `{head}` in {:.0} % of the poses: up is wrong, or the rest pose; see `up`, `facing` and `rest_degrees` in docs/book/motions.md",
         100.0 * share
     )]
     UpsideDown {

@@ -19,7 +19,7 @@ pub enum ImportError {
     Clip(#[from] ClipError),
     /// Joints of the file are not in the map.
     #[error(
-        "{} of the file not in joint map `{map}`: {}; map them or list them under `ignored` (docs/motions.md, \"BVH and joint maps\")",
+        "{} of the file not in joint map `{map}`: {}; map them or list them under `ignored` (docs/book/motions.md, \"BVH and joint maps\")",
         if joints.len() == 1 { "1 joint is".into() } else { format!("{} joints are", joints.len()) },
         joints.join(", ")
     )]

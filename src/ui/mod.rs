@@ -1,7 +1,7 @@
 //! Panels for any egui window, and the plugin that feeds them. Feature `ui`.
 //!
 //! Each panel is a function of `&mut egui::Ui` and data, so that it can be docked anywhere; [`AthletePanelsPlugin`] puts
-//! them into windows of their own, with a menu. `docs/panels.md` shows both.
+//! them into windows of their own, with a menu. `docs/book/panels.md` shows both.
 //!
 //! | panel | data | shows |
 //! | --- | --- | --- |
@@ -45,5 +45,5 @@ pub use push_systems::WorldPull;
 
 /// The code of the guide is compiled with the documentation's tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../docs/panels.md")]
+#[doc = include_str!("../../docs/book/panels.md")]
 struct PanelsGuide;

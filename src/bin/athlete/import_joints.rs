@@ -17,7 +17,7 @@ const ENDING: &str = ".keyposes.ron";
 
 #[derive(Debug, Args)]
 pub struct ImportJoints {
-    /// Positions (.json): one frame or many, as docs/motions.md describes them
+    /// Positions (.json): one frame or many, as docs/book/motions.md describes them
     file: PathBuf,
     /// Where to write the key poses (.keyposes.ron); by default beside the input, if nothing is there
     #[arg(long)]

@@ -50,7 +50,7 @@ impl Map {
         if let Some(out) = &self.out {
             let remarks = [
                 format!(
-                    "Found for {} on {}; how to correct it: docs/motions.md, \"BVH and joint maps\".",
+                    "Found for {} on {}; how to correct it: docs/book/motions.md, \"BVH and joint maps\".",
                     self.file.display(),
                     model.name
                 ),

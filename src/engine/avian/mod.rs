@@ -68,5 +68,5 @@ pub use surface::AthleteSurface;
 
 /// The code of the guide compiles.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/avian.md")]
+#[doc = include_str!("../../../docs/book/avian.md")]
 struct Guide;

@@ -159,7 +159,7 @@ impl fmt::Display for MapWarning {
 pub enum FindMapError {
     /// The file has no body that could be recognised.
     #[error(
-        "no {missing} were recognised among {} (a map of your own: docs/motions.md, \"BVH and joint maps\")",
+        "no {missing} were recognised among {} (a map of your own: docs/book/motions.md, \"BVH and joint maps\")",
         some_names(joints)
     )]
     NotInFile {
@@ -180,7 +180,7 @@ pub enum FindMapError {
     },
     /// The joints are there, but they do not lie as those of a body.
     #[error(
-        "`{from}` and `{to}` lie in one place: no direction of the body can be told (docs/motions.md, \"BVH and joint maps\")"
+        "`{from}` and `{to}` lie in one place: no direction of the body can be told (docs/book/motions.md, \"BVH and joint maps\")"
     )]
     OnePlace {
         /// A joint.
