@@ -46,7 +46,9 @@ pub enum PolicyError {
         needs: u64,
     },
     /// An ONNX model without a contract.
-    #[error("{file}: no contract in the model's metadata; valid: JSON under the key `{key}`, see docs/book/policies.md")]
+    #[error(
+        "{file}: no contract in the model's metadata; valid: JSON under the key `{key}`, see docs/book/policies.md"
+    )]
     NoContract {
         /// File name as given.
         file: String,

@@ -5,10 +5,10 @@
 //! **print**: they lie to each other as on a body that stands straight, at the place and in the direction where the poses
 //! have them on average, at the height of the ground there, or where the file says.
 //!
-//! For each frame the joints between the root and the points are displaced as little as brings the points to their print:
+//! For each frame the joints between the root and the points, and the height `y` of the root, are displaced as little as brings the points to their print:
 //!
 //! ```text
-//! sum_i w_i(t) |p_i(q) - print_i|^2 / reach^2 + sum_j |log(q0_j^-1 q_j)|^2 + sum_j |excess of q_j over its range|^2 / limit^2
+//! sum_i w_i(t) |p_i(q, y) - print_i|^2 / reach^2 + sum_j |log(q0_j^-1 q_j)|^2 + sum_j |excess of q_j over its range|^2 / limit^2 + (y - y0)^2 / rise^2
 //! ```
 //!
 //! by damped Gauss-Newton steps (Wampler 1986, "Manipulator Inverse Kinematic Solutions Based on Vector Formulations and
@@ -25,12 +25,14 @@ use std::collections::BTreeMap;
 const EASE: f64 = 0.1;
 /// Distance from the print that weighs as much as a joint that is off by a radian, m.
 const REACH: f64 = 0.003;
+/// Displacement of the root's height that weighs as much as a radian, m.
+const RISE: f64 = 0.04;
 /// Excess of a joint over its range that weighs as much as a radian, rad.
 const LIMIT: f64 = 0.05;
 /// Stiffness of a hinge across its axis.
 const HINGE: f64 = 1e9;
 /// Most steps for one frame.
-const STEPS: usize = 30;
+const STEPS: usize = 60;
 
 /// Points that lie still between poses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -242,8 +244,11 @@ fn reach(model: &CharacterModel, pins: &[(&Pin, f64)], pose: &mut ModelPose) {
     let mut joints: Vec<usize> = chains.iter().flatten().copied().collect();
     joints.sort_unstable();
     joints.dedup();
-    let size = 3 * joints.len();
+    // The last unknown is the height of the root.
+    let height = 3 * joints.len();
+    let size = height + 1;
     let start = pose.joints.clone();
+    let low = pose.root_position.y;
     let mut places = Vec::new();
     for _ in 0..STEPS {
         pose.link_transforms(model, &mut places);
@@ -256,7 +261,13 @@ fn reach(model: &CharacterModel, pins: &[(&Pin, f64)], pose: &mut ModelPose) {
                 .iter()
                 .map(|link| (3 * joints.binary_search(link).unwrap_or_default(), here - places[*link].position))
                 .collect();
+            g[height] += error.y * w;
+            a[height * size + height] += w;
             for (i, arm) in &arms {
+                // e_y . (omega x arm) = omega . (arm x e_y)
+                for (k, part) in arm.cross(DVec3::Y).to_array().into_iter().enumerate() {
+                    a[height * size + i + k] += w * part;
+                }
                 let pull = arm.cross(error) * w;
                 for (k, part) in pull.to_array().into_iter().enumerate() {
                     g[i + k] += part;
@@ -296,9 +307,12 @@ fn reach(model: &CharacterModel, pins: &[(&Pin, f64)], pose: &mut ModelPose) {
                 }
             }
         }
+        a[height * size + height] += 2.0 / (RISE * RISE);
+        g[height] += (pose.root_position.y - low) / (RISE * RISE);
         let Some(solver) = Cholesky::new(size, &a) else { return };
         solver.solve(&mut g);
-        let mut largest: f64 = 0.0;
+        pose.root_position.y -= g[height].clamp(-0.05, 0.05);
+        let mut largest = g[height].abs();
         for (n, &link) in joints.iter().enumerate() {
             let turn = DVec3::new(-g[3 * n], -g[3 * n + 1], -g[3 * n + 2]).clamp_length_max(0.3);
             largest = largest.max(turn.length());

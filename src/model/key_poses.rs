@@ -452,6 +452,7 @@ impl KeyPoses {
             if !self.contacts.is_empty() {
                 let mut held = whole(&pose);
                 pins.apply(model, t, &mut held);
+                pose.root_position = held.root_position;
                 pose.joints.copy_from_slice(&held.joints[1..]);
             }
             clip.poses.push(pose);

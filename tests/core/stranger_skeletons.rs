@@ -188,7 +188,10 @@ fn files_without_a_body_are_refused_by_what_is_missing() {
     let error = find_map(&Bvh::parse(&snake).unwrap(), &model).unwrap_err();
     assert!(matches!(&error, FindMapError::NotInFile { joints, .. } if joints.len() == 50), "{error}");
     let message = error.to_string();
-    assert!(["two legs", "s39", "and 10 more", "docs/book/motions.md"].iter().all(|w| message.contains(w)), "{message}");
+    assert!(
+        ["two legs", "s39", "and 10 more", "docs/book/motions.md"].iter().all(|w| message.contains(w)),
+        "{message}"
+    );
 }
 
 /// A joint that is forgotten is not reported one at a time.

