@@ -96,4 +96,6 @@ pub mod prelude {
     };
     pub use crate::model::{CharacterModel, preset};
     pub use crate::sim::{SimulationSettings, Simulator, step};
+    #[cfg(feature = "engine")]
+    pub use crate::skill::SkillParameters;
 }

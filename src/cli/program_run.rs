@@ -48,9 +48,9 @@ pub fn run_program(
     let elements = director.as_program().map_or(&[][..], |program| program.elements());
     let most = elements.iter().map(|e| e.seconds + 30.0).sum::<f64>();
     loop {
-        director.drive(&mut sim)?;
+        director.drive(&mut sim, world)?;
         step(&mut sim, world);
-        director.after_step(&sim);
+        director.after_step(&mut sim, world);
         look(&mut sim, director);
         let seconds = sim.state.time;
         let run =

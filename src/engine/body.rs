@@ -16,7 +16,7 @@ use bevy::prelude::{Component, Reflect, ReflectComponent, Transform};
 use std::sync::Arc;
 
 /// Whether a body is stepped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Reflect)]
 pub enum BodyStatus {
     /// It is.
     #[default]
@@ -259,6 +259,10 @@ impl AthleteBody {
                 }
                 DirectorEvent::Refused { skill, reason } => {
                     self.events.push(BodyEvent::SkillRefused { time, skill, reason });
+                }
+                DirectorEvent::Parameter { name: parameter, reason } => {
+                    let skill = director.player().skill().name().to_owned();
+                    self.events.push(BodyEvent::Parameter { time, skill, parameter, reason });
                 }
                 DirectorEvent::Ended => {}
             }

@@ -55,9 +55,9 @@ impl AthleteBody {
         }
     }
 
-    /// Gets ready for the decision before the coming step; false if there is none to make. The simulator has to be up to
-    /// date where there is.
-    pub(super) fn prepare_decision(&mut self) -> bool {
+    /// Gets ready for the decision before the coming step on this ground; false if there is none to make. The simulator has to be
+    /// up to date where there is.
+    pub(super) fn prepare_decision(&mut self, terrain: &impl Terrain<f64>) -> bool {
         if self.quarantine.is_some() || !self.controller.at_decision() {
             return false;
         }
@@ -67,6 +67,7 @@ impl AthleteBody {
         }
         let Controller::Direct { director, .. } = &mut self.controller else { return false };
         director.prepare(&mut self.simulator);
+        director.player_mut().look_ahead(&mut self.simulator, terrain);
         true
     }
 
@@ -124,8 +125,7 @@ impl AthleteBody {
     /// Lets the controller move on after a step; true if it changed targets.
     pub(super) fn after_step(&mut self, terrain: &impl Terrain<f64>) -> bool {
         if let Controller::Direct { director, .. } = &mut self.controller {
-            director.sense(&mut self.simulator, terrain);
-            director.after_step(&self.simulator);
+            director.after_step(&mut self.simulator, terrain);
         }
         self.collect_events();
         let time = self.simulator.state.time;
@@ -151,7 +151,7 @@ impl AthleteBody {
     /// Runs the steps of a tick with the body's own simulator.
     pub(super) fn step_alone(&mut self, due: u32, ground: &mut impl Ground) {
         for _ in 0..due {
-            if self.prepare_decision() {
+            if self.prepare_decision(ground) {
                 if let Controller::Direct { director, .. } = &mut self.controller {
                     director.player_mut().observe(&AllLanes::of(&mut self.simulator));
                 }

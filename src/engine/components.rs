@@ -16,7 +16,9 @@ pub struct Athlete(pub Handle<CharacterAsset>);
 /// What athletes stand on: level ground at y = 0 unless you replace it, with [`AthleteWorld::ice`] for one. Athletes in an
 /// arena of their own ([`InArena`](super::InArena)) stand on that. Move solids in
 /// [`AthleteSystems::ReadWorld`](super::AthleteSystems::ReadWorld).
-#[derive(Resource, Clone, Debug, Deref, DerefMut)]
+#[derive(Resource, Clone, Debug, Deref, DerefMut, Reflect)]
+#[reflect(opaque)]
+#[reflect(Resource, Default)]
 pub struct AthleteWorld(pub Surroundings);
 
 impl Default for AthleteWorld {

@@ -1,7 +1,7 @@
 //! Which level of detail each athlete has: by its distance and by the budget of time.
 
 use crate::engine::diagnostics::StepTally;
-use crate::engine::{AthleteBody, AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, BodyStatus};
+use crate::engine::{AthleteBody, AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteTime, BodyStatus};
 use bevy::ecs::query::QueryFilter;
 use bevy::math::DVec3;
 use bevy::prelude::*;
@@ -67,7 +67,7 @@ impl StepCost {
 pub(super) fn choose_detail<Viewer: QueryFilter + 'static>(
     viewers: Query<Entity, Viewer>,
     places: TransformHelper,
-    time: Res<Time>,
+    (time, athletes_time): (Res<Time>, Res<AthleteTime>),
     frame: Res<Time<Virtual>>,
     tally: Res<StepTally>,
     budget: Res<AthleteBudget>,
@@ -115,7 +115,7 @@ pub(super) fn choose_detail<Viewer: QueryFilter + 'static>(
 
     let wanted: Vec<AthleteDetail> = candidates.iter().map(|c| c.now.clamp(c.near.0, c.near.1)).collect();
     // A frame runs the ticks of its time, and where frames are shorter than a tick, now and then a whole one.
-    let seconds = frame.delta().max(time.delta()).as_secs_f64();
+    let seconds = frame.delta().max(time.delta()).as_secs_f64() * f64::from(athletes_time.relative_speed());
     let per_rate = cost.milliseconds * seconds;
     let mut levels = wanted.clone();
     if let Some(allowed) = budget.milliseconds {

@@ -7,7 +7,7 @@ use crate::engine::QuarantineReason;
 use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
-use crate::skill::NoEntry;
+use crate::skill::{BadParameter, NoEntry};
 use bevy::math::DVec3;
 
 /// How long a new edge has to last, s: blades chatter for a few milliseconds when they touch down.
@@ -28,6 +28,7 @@ pub(super) enum BodyEvent {
     SkillStarted { time: f64, skill: String },
     SkillEnded { time: f64, skill: String },
     SkillRefused { time: f64, skill: String, reason: NoEntry },
+    Parameter { time: f64, skill: String, parameter: String, reason: BadParameter },
     Fell { time: f64, link: usize },
     GripSlipped { time: f64, grip: usize },
     Finished { time: f64 },

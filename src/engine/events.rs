@@ -3,7 +3,7 @@
 
 use crate::contact::BladeEdge;
 use crate::engine::{AthleteRefusal, LinkId, QuarantineReason};
-use crate::skill::NoEntry;
+use crate::skill::{BadParameter, NoEntry};
 use bevy::math::DVec3;
 use bevy::prelude::*;
 
@@ -113,6 +113,22 @@ pub struct SkillRefused {
     pub reason: NoEntry,
 }
 
+/// A parameter of a skill has not the value that was wished for ([`AthleteInput::parameters`](super::AthleteInput::parameters)). Told when
+/// the skill begins, or when the wish is new.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct ParameterRefused {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Name of the skill that plays.
+    pub skill: String,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Why, and what is taken in its place.
+    pub reason: BadParameter,
+}
+
 /// The trunk or the head touches the world, and the centre of mass is below half its standing height above it. Told once
 /// until the athlete is up again or is reset.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
@@ -158,7 +174,8 @@ pub struct AthleteQuarantined {
 }
 
 /// An athlete, a new controller or a new placement was refused.
-#[derive(Message, EntityEvent, Clone, Debug)]
+#[derive(Message, EntityEvent, Clone, Debug, Reflect)]
+#[reflect(opaque)]
 pub struct AthleteRefused {
     /// The athlete.
     pub entity: Entity,

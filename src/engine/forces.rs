@@ -1,6 +1,6 @@
 //! Forces on an athlete from outside: pushes, pulls, wind.
 
-use crate::engine::{AthleteBody, LinkId};
+use crate::engine::{AthleteBody, AthleteTime, LinkId};
 use crate::math::Vec3 as LaneVec3;
 use crate::sim::ExternalForce;
 use bevy::math::DVec3;
@@ -15,7 +15,7 @@ pub struct AthleteForce {
     pub position: DVec3,
     /// Force, world axes, N.
     pub force: DVec3,
-    /// How much longer it acts, s; whole fixed ticks. `None` acts until you take it out.
+    /// How much longer it acts, s of the athletes' time ([`AthleteTime`](super::AthleteTime)); whole fixed ticks. `None` acts until you take it out.
     pub seconds: Option<f64>,
 }
 
@@ -61,8 +61,8 @@ pub(super) fn give_forces(mut athletes: Query<(&mut AthleteBody, &AthleteForces)
 }
 
 /// After them: takes out what was given, and ends what has acted for long enough.
-pub(super) fn take_forces(time: Res<Time>, mut athletes: Query<(&mut AthleteBody, &mut AthleteForces)>) {
-    let tick = time.delta_secs_f64();
+pub(super) fn take_forces(time: Res<AthleteTime>, mut athletes: Query<(&mut AthleteBody, &mut AthleteForces)>) {
+    let tick = time.delta().as_secs_f64();
     for (mut body, mut forces) in &mut athletes {
         if forces.is_empty() {
             continue;

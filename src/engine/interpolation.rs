@@ -1,7 +1,7 @@
 //! Poses between fixed ticks, and the athlete's `Transform`: that of its root link.
 
 use crate::engine::poses::to_transform;
-use crate::engine::{AthleteBody, AthleteSettings, LinkPoses};
+use crate::engine::{AthleteBody, AthleteSettings, AthleteTime, LinkPoses};
 use crate::model::LinkTransform;
 use bevy::prelude::*;
 
@@ -15,14 +15,15 @@ type Shown = (Entity, &'static mut LinkPoses, &'static mut Transform, &'static A
 /// Poses for this frame, and the athlete's transform.
 pub(super) fn interpolate_poses(
     fixed: Res<Time<Fixed>>,
+    time: Res<AthleteTime>,
     children: ChildAthletes,
     mut parents: Local<Parents>,
     mut params: ParamSet<(TransformHelper, Query<Shown, With<AthleteBody>>)>,
 ) {
-    let (overstep, timestep) = (fixed.overstep_fraction_f64(), fixed.timestep());
+    let (overstep, tick) = (fixed.overstep_fraction_f64(), time.delta());
     find_parents(&children, &params.p0(), &mut parents);
     params.p1().par_iter_mut().for_each(|(entity, mut poses, mut transform, settings)| {
-        poses.interpolate(settings.interpolate.then_some(overstep), timestep);
+        poses.interpolate(settings.interpolate.then_some(overstep), tick);
         if let Some(root) = poses.interpolated.first() {
             place(entity, root, &parents, &mut transform);
         }

@@ -241,7 +241,7 @@ impl<R: Real> Common<R> {
         let mut velocity = None;
         self.lanes.clear();
         for (lane, due) in group.iter_mut().enumerate() {
-            if due.body.prepare_decision() {
+            if due.body.prepare_decision(&due.world) {
                 let velocity = *velocity.get_or_insert_with(|| com_velocity(&mut self.sim));
                 due.body.observe(&self.sim, lane, velocity);
                 self.lanes.push(lane);

@@ -31,7 +31,7 @@
 //! you change it). A character has a rate of its own (1200 Hz for the skater), so a fixed tick runs as many whole steps as
 //! are due: 18 or 19 at 64 Hz. What is due is counted in integers: simulated time never drifts from `Time<Fixed>`, and
 //! the same number of ticks gives the same bits, however long the frames were. Between ticks poses are interpolated in
-//! `RunFixedMainLoop`, after the fixed ticks and before `Update`.
+//! `RunFixedMainLoop`, after the fixed ticks and before `Update`. [`AthleteTime`] slows athletes down alone.
 //!
 //! # Snapshots
 //! [`AthleteBody::snapshot`] gives one value that holds everything the body remembers, [`AthleteBody::restore`] puts it back,
@@ -52,7 +52,7 @@
 //! | --- | --- | --- |
 //! | [`Athlete`] | component | spawns an athlete |
 //! | [`AthleteController`] | component | what tells its joints where to go: targets, a control, trained skills |
-//! | [`AthleteInput`] | component | what is wished of it: direction, speed, turn |
+//! | [`AthleteInput`] | component | what is wished of it: direction, speed, turn, parameters of its skills |
 //! | [`AthleteTargets`] | component | joint targets set by you, for [`AthleteController::External`] |
 //! | [`AthleteSettings`] | component | switches of one athlete; in single precision ([`AthletePrecision`]) a crowd is nearly twice as large |
 //! | [`AthleteForces`] | component | pushes and pulls from outside |
@@ -64,17 +64,19 @@
 //! | [`AthleteSkin`], [`DressedIn`], [`SkinRefused`] | component | a skinned mesh in place of the plain shapes |
 //! | [`AthleteWorld`] | resource | what athletes stand on |
 //! | [`ArenaWorld`], [`InArena`] | component | a world of its own, and who is in it |
-//! | [`PlaybackSpeed`] | resource | pause and slow motion |
+//! | [`AthleteTime`] | resource | pause and slow motion of athletes alone |
+//! | [`PlaybackSpeed`] | resource | pause and slow motion of the whole game |
 //! | [`AthleteBudget`], [`AthleteLodReport`] | resource | time for the steps of a frame, and what it allowed |
 //! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod arena;
 mod arrival;
 mod assets;
 mod at_link;
+mod athlete_time;
 #[cfg(feature = "avian")]
 pub mod avian;
 mod body;
@@ -124,6 +126,7 @@ mod visuals;
 pub use arena::{ArenaWorld, InArena};
 pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, FileLoader};
 pub use at_link::AtLink;
+pub use athlete_time::AthleteTime;
 pub use body::{AthleteBody, BodyStatus};
 pub use components::{Athlete, AthleteWorld};
 pub use controller::{AthleteController, AthleteInput, AthleteTargets, PerformSkill};
@@ -132,7 +135,7 @@ pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused, SkillMisfit};
 pub use events::{
     AthleteFell, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished,
-    GripSlipped, Landing, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    GripSlipped, Landing, ParameterRefused, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]

@@ -6,7 +6,7 @@ use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 
 /// A place on the ground and a direction: what the place in the world at spawn means to an athlete.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Reflect)]
 pub struct Placement {
     /// Origin of the character's frame, world frame, m.
     pub position: DVec3,

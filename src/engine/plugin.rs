@@ -2,17 +2,17 @@
 
 use crate::engine::detail_choice::choose_detail;
 use crate::engine::diagnostics::StepTally;
-use crate::engine::history;
 use crate::engine::schedule::on_main_thread;
 use crate::engine::{
     ArenaWorld, AtLink, Athlete, AthleteAssetPlugin, AthleteBody, AthleteBudget, AthleteController, AthleteDetail,
     AthleteDiagnosticsPlugin, AthleteFell, AthleteForces, AthleteHistory, AthleteInput, AthleteLanes, AthleteLod,
     AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset,
-    AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteViewer, AthleteWorld,
-    BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, PerformSkill, PlaybackSpeed,
-    Refused, SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link, controller, forces, interpolation, spawn,
-    systems,
+    AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteTime, AthleteViewer,
+    AthleteWorld, BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses,
+    ParameterRefused, PerformSkill, PlaybackSpeed, Refused, SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link,
+    controller, forces, interpolation, spawn, systems,
 };
+use crate::engine::{athlete_time, history};
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
@@ -48,6 +48,7 @@ impl Plugin for AthleteSimulationPlugin {
         type Viewers = With<AthleteViewer>;
         app.init_resource::<AthleteWorld>()
             .init_resource::<AthleteLanes>()
+            .init_resource::<AthleteTime>()
             .init_resource::<AthleteBudget>()
             .init_resource::<AthleteLodReport>()
             .init_resource::<StepTally>()
@@ -67,6 +68,8 @@ impl Plugin for AthleteSimulationPlugin {
             .register_type::<PlaybackSpeed>()
             .register_type::<AthleteForces>()
             .register_type::<AthleteLanes>()
+            .register_type::<AthleteTime>()
+            .register_type::<AthleteWorld>()
             .register_type::<AthleteLod>()
             .register_type::<AthleteDetail>()
             .register_type::<AthleteViewer>()
@@ -80,6 +83,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<SkillStarted>()
             .add_message::<SkillEnded>()
             .add_message::<SkillRefused>()
+            .add_message::<ParameterRefused>()
             .add_message::<PerformSkill>()
             .add_message::<AthleteFell>()
             .add_message::<GripSlipped>()
@@ -95,7 +99,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_systems(
                 FixedPostUpdate,
                 (
-                    on_main_thread.pipe(spawn::build_bodies).in_set(ReadWorld),
+                    (athlete_time::pass_time, on_main_thread.pipe(spawn::build_bodies)).chain().in_set(ReadWorld),
                     (
                         on_main_thread.pipe(controller::change_controllers),
                         on_main_thread.pipe(systems::reset_bodies),

@@ -32,14 +32,14 @@ impl LinkPoses {
     }
 
     /// Shows the state `overstep` (0 to 1) of the way through the fixed tick that is under way; `None` shows the last
-    /// fixed tick's.
-    pub(crate) fn interpolate(&mut self, overstep: Option<f64>, timestep: Duration) {
+    /// fixed tick's. `tick` is how long that was for athletes.
+    pub(crate) fn interpolate(&mut self, overstep: Option<f64>, tick: Duration) {
         let span = self.current_time - self.previous_time;
         // Ticks hold 18 or 19 whole steps, so the poses are not evenly spaced: the fraction is taken between their own
         // times. It ends up to one step beyond 1, never before 0.
         let s = match overstep {
             Some(overstep) if span > 0.0 => {
-                let back = (1.0 - overstep) * timestep.as_secs_f64();
+                let back = (1.0 - overstep) * tick.as_secs_f64();
                 ((span + self.lag - back) / span).clamp(0.0, 1.5)
             }
             _ => 1.0,

@@ -54,7 +54,9 @@ impl AthleteSkin {
 }
 
 /// The skin could not be bound; the athlete is simulated all the same. Remove this component to try again.
-#[derive(Component, Clone, Debug, PartialEq)]
+#[derive(Component, Clone, Debug, PartialEq, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component)]
 pub struct SkinRefused(pub BoneMapError);
 
 /// An entity between the athlete and its bones, or a bone.
@@ -67,7 +69,9 @@ struct SkinNode {
 }
 
 /// The bound bones of an athlete's skin.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component)]
 pub struct DressedIn {
     /// Parents first.
     nodes: Vec<SkinNode>,
@@ -91,6 +95,8 @@ impl Plugin for AthleteSkinPlugin {
         app.init_asset::<BoneMapAsset>()
             .init_asset_loader::<FileLoader<BoneMapAsset>>()
             .register_type::<AthleteSkin>()
+            .register_type::<DressedIn>()
+            .register_type::<SkinRefused>()
             .add_systems(
                 PostUpdate,
                 (dress, pose_bones).chain().after(AnimationSystems).before(TransformSystems::Propagate),

@@ -8,9 +8,9 @@ use crate::engine::events::both;
 use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::{
-    AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, BladeEdgeChanged,
-    BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, Placement, QuarantineReason,
-    SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, AthleteTime,
+    BladeEdgeChanged, BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ParameterRefused,
+    Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 use bevy::ecs::system::SystemParam;
 use bevy::platform::time::Instant;
@@ -60,7 +60,7 @@ pub(super) fn check_transforms(mut athletes: Query<(&mut AthleteBody, &Transform
 
 /// Steps every athlete that has no ground of its own through the tick, on all threads of the compute pool.
 pub(super) fn step_bodies(
-    time: Res<Time>,
+    time: Res<AthleteTime>,
     worlds: Worlds,
     lanes: Res<AthleteLanes>,
     kept: Local<LaneSimulators>,
@@ -115,6 +115,7 @@ pub(super) struct Writers<'w> {
     starts: MessageWriter<'w, SkillStarted>,
     skill_ends: MessageWriter<'w, SkillEnded>,
     skill_refusals: MessageWriter<'w, SkillRefused>,
+    parameters: MessageWriter<'w, ParameterRefused>,
     quarantines: MessageWriter<'w, AthleteQuarantined>,
 }
 
@@ -144,6 +145,10 @@ pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 }
                 BodyEvent::SkillRefused { time, skill, reason } => {
                     both(c, &mut writers.skill_refusals, SkillRefused { entity, time, skill, reason });
+                }
+                BodyEvent::Parameter { time, skill, parameter, reason } => {
+                    warn!("athlete {entity}: {skill}: parameter {parameter}: {reason}");
+                    both(c, &mut writers.parameters, ParameterRefused { entity, time, skill, parameter, reason });
                 }
                 BodyEvent::GripSlipped { time, grip } => {
                     both(c, &mut writers.slips, GripSlipped { entity, time, grip });

@@ -18,6 +18,8 @@ pub mod director;
 pub(crate) mod disturb;
 #[cfg(feature = "policy")]
 mod graph;
+#[cfg(feature = "policy")]
+mod parameters;
 mod performance;
 pub mod planner;
 mod prepare;
@@ -39,6 +41,8 @@ pub use director::{Director, DirectorEvent, DirectorInput};
 pub use disturb::Disturbance;
 #[cfg(feature = "policy")]
 pub use graph::{Entry, GraphError, GraphSkill, NoEntry, SkillGraph};
+#[cfg(feature = "policy")]
+pub use parameters::{BadParameter, SkillParameters};
 pub use performance::{FootSample, PerformanceRecorder, PerformanceSample, blade_pair};
 pub use prepare::{fitting_rate, forbidden_points};
 #[cfg(feature = "policy")]

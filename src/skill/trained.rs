@@ -11,7 +11,7 @@ use crate::control::{Policy, PolicyError};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, ModelPose, SharedModel};
 use crate::sim::Simulator;
-use crate::skill::{ENTRY, SkillDefinition, SkillError};
+use crate::skill::{BadParameter, ENTRY, SkillDefinition, SkillError, SkillParameters};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -87,7 +87,8 @@ impl TrainedSkill {
     }
 }
 
-/// Performs a trained skill with one body: the same sequence as in training, [`SkillPlayer::drive`] before each step.
+/// Performs a trained skill with one body: the same sequence as in training, [`SkillPlayer::drive`] before each step,
+/// [`SkillPlayer::after_step`] after it.
 #[derive(Clone, Debug)]
 pub struct SkillPlayer {
     skill: Arc<TrainedSkill>,
@@ -102,6 +103,8 @@ pub struct SkillPlayer {
     spare: Vec<f32>,
     /// The last action held a number that is none.
     bad_action: bool,
+    /// Nothing is known of what carries the body.
+    arrives: bool,
 }
 
 /// Who agrees in policy and step decides together; who is at nearly the same tick touches the ice with the same blade.
@@ -120,7 +123,7 @@ impl SkillPlayer {
         let steps_per_part = steps_per_part(&skill, rate)?;
         let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options(), skill.layout.clone());
         let inputs = skill.policy.contract().observation_size();
-        Some(Self {
+        let mut player = Self {
             tracker,
             step: 0,
             steps_per_part,
@@ -130,8 +133,11 @@ impl SkillPlayer {
             action: Vec::new(),
             spare: Vec::new(),
             bad_action: false,
+            arrives: true,
             skill,
-        })
+        };
+        player.put_parameters(&player.skill.definition.default_parameters());
+        Some(player)
     }
 
     /// The skill.
@@ -183,6 +189,7 @@ impl SkillPlayer {
         out.count(self.step);
         out.number(self.steering);
         out.switch(self.bad_action);
+        out.switch(self.arrives);
     }
     /// Goes to where a player of the same skill was.
     pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
@@ -191,6 +198,7 @@ impl SkillPlayer {
         self.step = from.below("step since the decision", TICK_PARTS * self.steps_per_part)?;
         self.steering = from.number("steering")?;
         self.bad_action = from.switch("whether the action was bad")?;
+        self.arrives = from.switch("whether the ground is unknown")?;
         Ok(())
     }
 
@@ -224,21 +232,40 @@ impl SkillPlayer {
     pub fn support(&self) -> Support<f64> {
         *self.tracker.support()
     }
-    /// Tells it what carries the body, before it begins or joins: the height of the ground (world, m) and its velocity (m/s).
+    /// Tells it what carries the body, before it joins: the height of the ground (world, m) and its velocity (m/s).
     pub fn set_support(&mut self, support: &Support<f64>) {
         self.tracker.set_support(0, support.height, support.velocity.lane(0));
+        self.arrives = false;
     }
-    /// Looks at the ground before a decision: what carries the body, and what is ahead. Without it the ground is level, at rest, and at
-    /// the height where the skill began.
-    pub fn sense(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
-        self.tracker.sense(sim, terrain);
+    /// Looks at what is ahead, before a decision; before the first one also at what the body was put on.
+    pub(crate) fn look_ahead(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        if std::mem::take(&mut self.arrives) {
+            self.tracker.sense_start(sim, terrain);
+        }
+        self.tracker.look_ahead(sim, terrain);
     }
-    /// Sets the skill's parameters, in the order of its file; each is kept within its range.
+    /// The skill's parameters, in the order of its file.
+    pub fn parameters(&self) -> &[f64] {
+        self.tracker.parameters(0)
+    }
+    /// Sets the skill's parameters, in the order of its file; each is kept within its range. What is warped by them is so from now on:
+    /// in the middle of a motion the reference jumps.
     pub fn set_parameters(&mut self, values: &[f64]) {
         let ranges = &self.skill.definition.parameters;
-        let values: Vec<f64> = values.iter().zip(ranges).map(|(v, p)| v.clamp(p.range.0, p.range.1)).collect();
-        if values.len() == ranges.len() {
-            self.tracker.set_parameters(0, &values, &self.skill.definition.normalise(&values));
+        let values: Vec<f64> = values.iter().zip(ranges).map(|(v, p)| v.min(p.range.1).max(p.range.0)).collect();
+        if values.len() == ranges.len() && values != self.parameters() {
+            self.put_parameters(&values);
+        }
+    }
+    fn put_parameters(&mut self, values: &[f64]) {
+        self.tracker.set_parameters(0, values, &self.skill.definition.normalise(values));
+    }
+    /// Sets the skill's parameters by name; those that are not wished for go back to the values that the motion was made for. What is
+    /// wrong with a wish is told with its name.
+    pub fn choose_parameters(&mut self, wished: &SkillParameters, tell: impl FnMut(&str, BadParameter)) {
+        if !self.skill.definition.parameters.is_empty() {
+            let values = self.skill.definition.choose_parameters(wished, tell);
+            self.set_parameters(&values);
         }
     }
 
@@ -255,6 +282,7 @@ impl SkillPlayer {
         let faces = Heading::of(crate::math::Quat::<f64>::splat(self.skill.motion.tick(0).pose.root_rotation));
         let speed = speed.unwrap_or(self.skill.motion.mean_speed());
         self.tracker.begin_at(sim, 0, 0, speed, heading.relative_to(faces), place);
+        self.arrives = true;
         self.tracker.set_speed(0, speed);
         self.step = 0;
         self.set_gains(sim);
@@ -272,9 +300,11 @@ impl SkillPlayer {
         self.set_gains(sim);
     }
 
-    /// Sets the servo targets of the coming step. Call it before each step. An action that is no number counts as none.
-    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+    /// Sets the servo targets of the coming step, after a look at what is ahead where there is a decision to make. Call it before each
+    /// step. An action that is no number counts as none.
+    pub fn drive(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) -> Result<(), PolicyError> {
         if self.at_decision() {
+            self.look_ahead(sim, terrain);
             self.observe(&AllLanes::of(sim));
             self.decide_alone()?;
         }
@@ -297,9 +327,11 @@ impl SkillPlayer {
         moves
     }
 
-    /// Moves the reference on after the last step of a tick; call it after each step.
-    pub fn after_step(&mut self, sim: &Simulator<f64>) {
+    /// After the last step of a tick looks at what carries the body, and moves the reference on; call it after each step, on what the
+    /// step was made.
+    pub fn after_step(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
         if self.step == 0 {
+            self.tracker.sense_support(sim, terrain);
             self.tracker.advance(sim);
             self.tracker.steer(self.steering / self.skill.definition.control_rate);
         }

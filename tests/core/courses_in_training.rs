@@ -1,5 +1,6 @@
 //! What a policy is shown of a course is the course that its own lane stands on, and the parameters are those that it was built from: a
-//! mix-up of lanes would teach a vault over the neighbour's box.
+//! mix-up of lanes would teach a vault over the neighbour's box. And what is learnt on courses whose solids move is the same for any number of
+//! threads.
 
 use bevy_athlete::asset::Course;
 use bevy_athlete::asset::clip::{MotionClip, Pose};
@@ -7,7 +8,7 @@ use bevy_athlete::control::terms::ObservationTerm;
 use bevy_athlete::math::{F32x8, Real};
 use bevy_athlete::model::{PRESET_NAMES, SharedModel, preset};
 use bevy_athlete::skill::{SkillDefinition, SkillParameter};
-use bevy_athlete::train::ppo::{Environment, SkillTask, StartSampler};
+use bevy_athlete::train::ppo::{Environment, SkillTask, StartSampler, TrainOptions, Trainer};
 use std::sync::Arc;
 
 const BOX: &str = r#"(
@@ -83,4 +84,45 @@ fn parameters_that_cannot_be_are_refused_by_their_place() {
         warps: [(parameter: "width", neutral: 0.5, direction: Up, profile: [(0, 0)])])"#;
     let message = SkillDefinition::from_ron(text, "x.skill.ron").unwrap_err().to_string();
     assert!(message.contains("warps") && message.contains("`width`"), "{message}");
+}
+
+/// A box that comes and goes in front of the feet, and one that lies on the way of the arms: what is learnt depends on both.
+const MOVING: &str = r#"(
+    name: "moving",
+    parameters: [(name: "height", range: (0.1, 0.6)), (name: "speed", range: (0.2, 0.6))],
+    ground: (friction: 0.8),
+    solids: [
+        Box(ahead: 0.3, depth: 0.4, width: 2.0, height: "height", motion: Cross(by: (0, 0, -0.4), speed: "speed")),
+        Box(ahead: -0.3, depth: 0.6, width: 0.6, height: 0.05, motion: Sway(along: (1, 0, 0), amplitude: 0.2, frequency: 1)),
+    ],
+)"#;
+
+#[test]
+fn one_and_two_threads_learn_the_same_on_courses_that_move() {
+    let model = preset("runner").unwrap();
+    let learn = |threads: usize, course: &str| {
+        let mut skill = skill("runner");
+        (skill.training_rate, skill.episode.seconds) = (Some(240.0), 0.5);
+        let task = SkillTask::new(&skill, model.clone(), &standing(&model)).unwrap();
+        let task = task.on_course(Course::parse("moving.course.ron", course.as_bytes()).unwrap()).unwrap();
+        let options = TrainOptions {
+            threads,
+            env_batches: 2,
+            ticks: 24,
+            minibatch: 512,
+            hidden: vec![24, 16],
+            evaluation_trials: 16,
+            evaluate_every: 2,
+            ..TrainOptions::default()
+        };
+        let mut trainer = Trainer::new(task, options).unwrap();
+        (0..2).for_each(|_| _ = trainer.iterate());
+        let present = trainer.present();
+        (present.actor.parameters().to_vec(), present.normalizer.clone(), trainer.best().unwrap().evaluation.clone())
+    };
+    let (one, two) = (learn(1, MOVING), learn(2, MOVING));
+    assert!(one == two, "the number of threads shows");
+    // It is the course that was learnt on: with boxes at rest something else is.
+    let at_rest = MOVING.replace(r#"speed: "speed")"#, r#"speed: 0.001)"#);
+    assert!(at_rest != MOVING && learn(1, &at_rest).0 != one.0, "the boxes do not matter");
 }

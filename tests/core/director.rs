@@ -65,7 +65,7 @@ impl Run {
 
     fn step(&mut self, world: &World) -> Option<DirectorEvent> {
         let before = self.director.skill();
-        self.director.drive(&mut self.sim).unwrap();
+        self.director.drive(&mut self.sim, world).unwrap();
         let event = self.director.take_event();
         if let Some(DirectorEvent::Began(skill)) = event {
             let graph = self.director.graph();
@@ -75,7 +75,7 @@ impl Run {
             self.began.push(Began { step: self.steps, skill, tick });
         }
         step(&mut self.sim, world);
-        self.director.after_step(&self.sim);
+        self.director.after_step(&mut self.sim, world);
         self.steps += 1;
         if self.steps.is_multiple_of(EVERY) {
             self.prints.push(self.sim.state.fingerprint(0));
@@ -106,9 +106,9 @@ fn by_hand(
             }
             wishes(&mut sim, &mut player, skill, k);
         }
-        player.drive(&mut sim).unwrap();
+        player.drive(&mut sim, &world).unwrap();
         step(&mut sim, &world);
-        player.after_step(&sim);
+        player.after_step(&mut sim, &world);
         if (k + 1).is_multiple_of(EVERY) {
             prints.push(sim.state.fingerprint(0));
         }
@@ -166,7 +166,7 @@ fn wish(step: usize) -> DirectorInput {
         12000..40800 => (DVec3::X, 2.5),
         _ => (DVec3::NEG_Z, 3.0),
     };
-    DirectorInput { direction, speed: Some(speed), turn: 0.0 }
+    DirectorInput { direction, speed: Some(speed), ..DirectorInput::default() }
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn a_skill_of_the_other_hand_begins_too() {
     let skills = list(&["stroking", "forward_crossover", "forward_three_turn"]);
     let mut run = Run::new(Director::steering(skills, &model, model.step_rate).unwrap());
     let world = World::ice();
-    let wish = |direction: DVec3| DirectorInput { direction, speed: Some(2.5), turn: 0.0 };
+    let wish = |direction: DVec3| DirectorInput { direction, speed: Some(2.5), ..DirectorInput::default() };
     run.director.set_input(wish(DVec3::NEG_Z));
     (0..2400).for_each(|_| _ = run.step(&world));
     run.director.set_input(wish(DVec3::X));

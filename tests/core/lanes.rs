@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// A small walker: pelvis, trunk, one arm with a hinge and a hand that can hold on, and two legs whose feet have a toe
 /// and a heel of their own; a blade under each foot.
-fn walker() -> CharacterModel {
+pub fn walker() -> CharacterModel {
     let mut links: Vec<Link> = Vec::new();
     let mut points: Vec<ContactPoint> = Vec::new();
     let mut blades = Vec::new();
@@ -99,7 +99,7 @@ fn walker() -> CharacterModel {
 }
 
 /// Sets up character number `index` in lane `lane`.
-fn place<R: Real>(sim: &mut Simulator<R>, lane: usize, index: u64) {
+pub fn place<R: Real>(sim: &mut Simulator<R>, lane: usize, index: u64) {
     let mut random = RandomStream::new(3, index);
     let model = sim.model().clone();
     let joints: Vec<DQuat> = model

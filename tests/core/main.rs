@@ -13,6 +13,8 @@ mod counting_allocator;
 mod golden;
 #[path = "../support/motion_support.rs"]
 mod motion_support;
+#[path = "../support/plain_skill.rs"]
+mod plain_skill;
 #[path = "../support/policy_support.rs"]
 mod policy_support;
 #[path = "../support/puppet.rs"]
@@ -44,6 +46,7 @@ mod grips;
 mod joint_torques;
 mod key_poses;
 mod lanes;
+mod lanes_on_courses;
 mod mirrored_skill;
 mod mjcf_export;
 mod model_fingerprint;
@@ -63,6 +66,7 @@ mod position_import;
 mod robustness_card;
 mod salchow_clip;
 mod shipped_skills;
+mod skill_parameters;
 mod storyboard;
 mod stranger_skeletons;
 mod support;

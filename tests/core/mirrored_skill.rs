@@ -27,9 +27,9 @@ fn way(skill: TrainedSkill, seconds: f64) -> Vec<DVec3> {
     let steps = (seconds * model.step_rate) as usize;
     (0..steps)
         .map(|_| {
-            player.drive(&mut sim).unwrap();
+            player.drive(&mut sim, &world).unwrap();
             step(&mut sim, &world);
-            player.after_step(&sim);
+            player.after_step(&mut sim, &world);
             sim.state.root_position.lane(0)
         })
         .collect()
@@ -120,16 +120,16 @@ fn steered(side: f64, wait: f64) -> Steered {
     let mut player = Director::steering(skills, &model, model.step_rate).unwrap();
     let mut sim: Simulator<f64> = Simulator::new(model.clone(), SimulationSettings::of(&model));
     player.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
-    let wish = |direction: DVec3| DirectorInput { direction, speed: Some(2.5), turn: 0.0 };
+    let wish = |direction: DVec3| DirectorInput { direction, speed: Some(2.5), ..DirectorInput::default() };
     player.set_input(wish(DVec3::NEG_Z));
     let mut found = Steered { begun: Vec::new(), velocity: DVec3::ZERO, lowest: f64::INFINITY };
     for k in 0..((wait + 12.0) * model.step_rate) as usize {
         if k as f64 > wait * model.step_rate {
             player.set_input(wish(DVec3::X * side));
         }
-        player.drive(&mut sim).unwrap();
+        player.drive(&mut sim, &world).unwrap();
         step(&mut sim, &world);
-        player.after_step(&sim);
+        player.after_step(&mut sim, &world);
         if let Some(DirectorEvent::Began(k)) = player.take_event() {
             found.begun.push(player.graph().skills()[k].name().to_owned());
         }

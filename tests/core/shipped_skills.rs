@@ -98,9 +98,9 @@ fn nothing_helps_the_jump() {
     let seconds = 1.0 / model.step_rate;
     let (mut seen, mut before) = (Picture::of(&mut sim), None);
     while !player.is_finished() {
-        player.drive(&mut sim).unwrap();
+        player.drive(&mut sim, &world).unwrap();
         step(&mut sim, &world);
-        player.after_step(&sim);
+        player.after_step(&mut sim, &world);
         assert!(sim.external.is_empty(), "a force from outside");
         let touching = (0..model.contact_points.len()).any(|p| sim.contact_force(p, 0) != DVec3::ZERO);
         let picture = Picture::of(&mut sim);

@@ -301,9 +301,9 @@ fn a_game_plays_what_was_trained() {
         policy.act(&row, 1, &mut action).unwrap();
         trial.tick(&action);
         for _ in 0..(model.step_rate / 30.0) as usize {
-            player.drive(&mut sim).unwrap();
+            player.drive(&mut sim, &task.world).unwrap();
             step(&mut sim, &task.world);
-            player.after_step(&sim);
+            player.after_step(&mut sim, &task.world);
         }
         let away = (trial.sim.state.root_position - sim.state.root_position).lane(0).length();
         assert!(away < 1e-7, "tick {tick}: {away}");

@@ -40,9 +40,15 @@ pub fn run_ticks(app: &mut App, ticks: usize) {
     (0..ticks).for_each(|_| app.update());
 }
 
-/// A shipped skill, read without an asset server.
+/// A shipped skating skill, read without an asset server.
 pub fn shipped_skill(name: &str) -> SkillAsset {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/skills/skating").join(name);
+    skill_in(&format!("skating/{name}"))
+}
+
+/// The skill in a folder below `assets/skills/`.
+pub fn skill_in(folder: &str) -> SkillAsset {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/skills").join(folder);
+    let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
     let definition = SkillDefinition::load(folder.join(format!("{name}.skill.ron"))).unwrap();
     let motion = folder.join(&definition.motion);
     let policy = Policy::load(folder.join("policy.onnx")).unwrap();

@@ -7,6 +7,10 @@
 #[path = "../support/counting_allocator.rs"]
 mod counting_allocator;
 mod engine_support;
+#[path = "../support/grounds.rs"]
+mod grounds;
+#[path = "../support/plain_skill.rs"]
+mod plain_skill;
 
 #[cfg(feature = "avian")]
 mod avian;
@@ -17,8 +21,12 @@ mod bodies;
 mod engine_detail;
 mod engine_rooms;
 mod engine_snapshots;
+mod engine_time;
+mod footings;
 #[cfg(feature = "ui")]
 mod key_pose_editor;
+mod moving_worlds;
 #[cfg(feature = "ui")]
 mod panels;
+mod skill_parameters;
 mod skin;

@@ -6,6 +6,9 @@ use crate::math::{Real, Vec3};
 use crate::model::PointRole;
 use crate::sim::Simulator;
 
+/// A foot that is less above the ground at a start stands on it, m.
+const NEAR: f64 = 0.05;
+
 /// The ground under the last foothold of every lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Support<R> {
@@ -24,6 +27,26 @@ impl<R: Real> Support<R> {
     /// The ground at `height` (m), at rest.
     pub fn at(height: f64) -> Self {
         Self { height: R::splat(height), velocity: Vec3::zero() }
+    }
+
+    /// Looks at the ground under feet before the first step, when nothing has pressed yet: its velocity is that of the ground less than
+    /// [`NEAR`] below a foot. The height stays that of the start.
+    pub fn look_below(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
+        let model = sim.model().clone();
+        let root = sim.state.root_position;
+        let (mut count, mut velocity) = (R::zero(), Vec3::zero());
+        for point in model.points(PointRole::Foot) {
+            let p = &model.contact_points[point];
+            let link = &sim.kinematics()[p.link];
+            let place = root + link.origin + link.rotation.mul_vec(Vec3::splat(p.position));
+            let ground = terrain.height(place);
+            let near = ground.found & (place.y - ground.height).lt(R::splat(NEAR + p.radius));
+            count += R::one().masked(near);
+            velocity += ground.velocity.masked(near);
+        }
+        let stands = R::zero().lt(count);
+        velocity.y = R::zero();
+        self.velocity = Vec3::select(stands, velocity * count.max(R::one()).recip(), self.velocity);
     }
 
     /// Looks where feet stand: in lanes where a foot was pressed in the last step, the mean over the pressed points of the ground below

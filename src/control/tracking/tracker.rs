@@ -162,18 +162,29 @@ impl<R: Real> Tracker<R> {
         self.values[lane].extend_from_slice(values);
         self.enter(lane, self.ticks[lane]);
     }
-    /// Looks at the ground: what carries each lane, and what is ahead. Where body and reference both have a foothold, the reference's
-    /// height goes along with the body's. Call it before the decisions, once a tick.
+    /// The skill's parameters of a lane, as the skill file has them.
+    pub fn parameters(&self, lane: usize) -> &[f64] {
+        &self.values[lane]
+    }
+    /// Looks at the ground: what carries each lane, and what is ahead. Call it before the decisions, once a tick.
     pub fn sense(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
+        self.sense_support(sim, terrain);
+        self.look_ahead(sim, terrain);
+    }
+    /// Looks at what carries each lane. Where body and reference both have a foothold, the reference's height goes along with the body's.
+    pub fn sense_support(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
         let stands = self.support.update(sim, terrain) & R::splat(0.5).lt(self.now.stands);
         if R::any(stands) {
             let most = R::splat(FOLLOW_HEIGHT);
             let away = self.support.height - self.now.support - self.anchor_place.y;
             self.anchor_place.y += away.clamp(-most, most).masked(stands);
         }
-        self.look_ahead(sim, terrain);
     }
-    /// Looks at the heights ahead, where the policy sees some: a part of [`Tracker::sense`], of use alone for lanes that were put
+    /// Looks at how the ground below moves, before the first step of a lane that was put there.
+    pub fn sense_start(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
+        self.support.look_below(sim, terrain);
+    }
+    /// Looks at the heights ahead, where the policy sees some. Of use alone before the first decision, and for lanes that were put
     /// somewhere else.
     pub fn look_ahead(&mut self, sim: &Simulator<R>, terrain: &impl Terrain<R>) {
         if !self.scan.is_empty() {

@@ -5,7 +5,8 @@ use crate::engine::avian::ground::CollidersAndSolids;
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderGround};
 use crate::engine::ground::OwnGround;
-use crate::engine::{AthleteBody, AthleteSettings, InArena};
+use crate::engine::{AthleteBody, AthleteSettings, AthleteTime, InArena};
+use crate::skill::Director;
 use avian3d::prelude::{
     AngularVelocity, Collider, ColliderAabb, ColliderDisabled, ColliderOf, CollisionLayers, ComputedAngularInertia,
     ComputedCenterOfMass, ComputedMass, ContactGraph, DefaultFriction, Friction, LinearVelocity, LockedAxes, Position,
@@ -60,7 +61,7 @@ pub(super) struct AvianWorld<'w, 's> {
 
 /// Steps every athlete through the tick on the colliders near it, on all threads of the compute pool.
 pub(super) fn step_on_colliders(
-    time: Res<Time>,
+    time: Res<AthleteTime>,
     worlds: Worlds,
     avian: AvianWorld,
     mut athletes: Query<
@@ -105,7 +106,9 @@ impl AvianWorld<'_, '_> {
     ) {
         let (low, high) = reach_of(body);
         let grow = DVec3::splat(MARGIN + (body.root_velocity().length() + LIMB_SPEED) * dt);
-        let region = (low - grow, high + grow);
+        // What its policies look at belongs to it.
+        let sees = DVec3::splat(body.director().map_or(0.0, Director::sees_ground_within));
+        let region = (low - grow - sees, high + grow + sees);
         ground.clear(region);
         ground.reserve_points(body.model().contact_points.len());
         if !(region.0.is_finite() && region.1.is_finite()) {

@@ -4,7 +4,7 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 
 /// What an athlete did to a dynamic body in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Reflect)]
 pub struct ColliderPush {
     /// The rigid body.
     pub body: Entity,

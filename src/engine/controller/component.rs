@@ -1,7 +1,7 @@
 //! What users say about what an athlete does.
 
 use crate::engine::{ControlAsset, ProgramAsset, SkillAsset};
-use crate::skill::DirectorInput;
+use crate::skill::{DirectorInput, SkillParameters};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 
@@ -45,7 +45,14 @@ impl AthleteController {
 }
 
 /// What is wished of an athlete. [`AthleteController`] says who listens to what.
-#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_athlete::engine::AthleteInput;
+/// // Over the box ahead, which is 45 cm high and three metres away.
+/// let input = AthleteInput::towards(Vec3::NEG_Z).with("height", 0.45).with("distance", 3.0);
+/// ```
+#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct AthleteInput {
     /// Where to go ([`AthleteController::Steer`]): a direction over the ground, world frame; its length does not matter, zero
@@ -56,6 +63,11 @@ pub struct AthleteInput {
     pub speed: Option<f32>,
     /// How the way turns ([`AthleteController::Skill`]), rad/s, positive to the left.
     pub turn: f32,
+    /// Values for the parameters of its skills, by name ([`AthleteController::Skill`], [`AthleteController::Program`],
+    /// [`AthleteController::Steer`]), such as the height of an obstacle: they move the reference, and the policy sees them. They count
+    /// from the next decision on. A value out of a skill's range is brought into it, and a name that no skill has is left aside; both are
+    /// told ([`ParameterRefused`](super::super::ParameterRefused)).
+    pub parameters: SkillParameters,
 }
 
 impl AthleteInput {
@@ -72,15 +84,28 @@ impl AthleteInput {
     pub fn at(self, speed: f32) -> Self {
         Self { speed: Some(speed), ..self }
     }
+    /// With a parameter of its skills, in the unit of the skill file.
+    pub fn with(self, parameter: &str, value: f64) -> Self {
+        Self { parameters: self.parameters.with(parameter, value), ..self }
+    }
 
-    /// With what is no number, or beyond what can be, brought back.
+    /// With what is no number, or beyond what can be, brought back. Parameters have ranges of their own.
     pub(super) fn checked(&self) -> DirectorInput {
+        let (direction, speed, turn) = self.bounded();
+        DirectorInput { direction, speed, turn, parameters: self.parameters.clone() }
+    }
+
+    /// Whether this is what has been told.
+    pub(super) fn is(&self, told: &DirectorInput) -> bool {
+        (told.direction, told.speed, told.turn) == self.bounded() && told.parameters == self.parameters
+    }
+
+    /// Direction, speed (m/s) and turn (rad/s) within what can be.
+    fn bounded(&self) -> (DVec3, Option<f64>, f64) {
         let bounded = |x: f32, low: f32, high: f32| if x.is_finite() { f64::from(x.clamp(low, high)) } else { 0.0 };
-        DirectorInput {
-            direction: if self.direction.is_finite() { self.direction.as_dvec3() } else { DVec3::ZERO },
-            speed: self.speed.map(|speed| bounded(speed, 0.0, Self::FASTEST)),
-            turn: bounded(self.turn, -Self::TIGHTEST, Self::TIGHTEST),
-        }
+        let direction = if self.direction.is_finite() { self.direction.as_dvec3() } else { DVec3::ZERO };
+        let speed = self.speed.map(|speed| bounded(speed, 0.0, Self::FASTEST));
+        (direction, speed, bounded(self.turn, -Self::TIGHTEST, Self::TIGHTEST))
     }
 }
 

@@ -83,11 +83,10 @@ pub(in crate::engine) fn hand_over_inputs(
             body.take_targets(targets);
         }
         // Only what is new is told: a body is not marked as changed for nothing.
-        let wished = input.checked();
-        if body.director().is_some_and(|director| *director.input() != wished)
+        if body.director().is_some_and(|director| !input.is(director.input()))
             && let Some(director) = body.director_mut()
         {
-            director.set_input(wished);
+            director.set_input(input.checked());
         }
     }
 }

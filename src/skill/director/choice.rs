@@ -2,11 +2,11 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::sim::Simulator;
-use crate::skill::NoEntry;
+use crate::skill::{BadParameter, NoEntry, SkillParameters};
 use glam::DVec3;
 
 /// What is wished for from outside. Each way of choosing takes from it what it can use.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DirectorInput {
     /// Direction of travel over the ground, world frame; its length does not matter, zero is as it comes.
     pub direction: DVec3,
@@ -14,6 +14,8 @@ pub struct DirectorInput {
     pub speed: Option<f64>,
     /// Turns the way of a skill that plays by itself, rad/s, positive to the left.
     pub turn: f64,
+    /// Values for the parameters of the skills.
+    pub parameters: SkillParameters,
 }
 
 impl DirectorInput {
@@ -22,12 +24,14 @@ impl DirectorInput {
         out.vector(self.direction);
         out.option(self.speed, StateWriter::number);
         out.number(self.turn);
+        self.parameters.write_state(out);
     }
     /// As it was written.
     pub(super) fn read_state(from: &mut StateReader) -> Result<Self, StateError> {
         let direction = from.vector("wished direction")?;
         let speed = from.option("wished speed", |from| from.number("wished speed"))?;
-        Ok(Self { direction, speed, turn: from.number("wished turn")? })
+        let turn = from.number("wished turn")?;
+        Ok(Self { direction, speed, turn, parameters: SkillParameters::read_state(from)? })
     }
 }
 
@@ -75,6 +79,13 @@ pub enum DirectorEvent {
         skill: String,
         /// Why.
         reason: NoEntry,
+    },
+    /// A parameter has not the value that was wished for.
+    Parameter {
+        /// Its name.
+        name: String,
+        /// Why.
+        reason: BadParameter,
     },
     /// The last skill ended; its last pose is held.
     Ended,

@@ -3,15 +3,16 @@
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::Terrain;
 use crate::control::PolicyError;
+use crate::control::terms::ObservationTerm;
 use crate::control::tracking::Heading;
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
 use crate::skill::director::{BodyView, Choice, DirectorEvent, DirectorInput, DirectorKind, Program, Single, Steering};
 use crate::skill::{
-    Entry, GraphError, NoEntry, ProgramDefinition, ProgramError, SkillGraph, SkillPlayer, TrainedSkill,
+    BadParameter, Entry, GraphError, NoEntry, ProgramDefinition, ProgramError, SkillGraph, SkillPlayer, TrainedSkill,
 };
 use glam::DVec3;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 /// Performs skills with one body: the same sequence for a command line and a game, [`Director::drive`] before each step,
@@ -31,6 +32,8 @@ pub struct Director {
     events: VecDeque<DirectorEvent>,
     /// Whether the end was told.
     ended: bool,
+    /// Whether the present skill has the parameters that are wished for, and what is wrong with them was told.
+    heard: bool,
 }
 
 impl Director {
@@ -47,7 +50,7 @@ impl Director {
             decisions,
         })?;
         let events = VecDeque::from([DirectorEvent::Began(now)]);
-        Ok(Self { graph, kind, input, player, now, decisions: 0, rate, events, ended: false })
+        Ok(Self { graph, kind, input, player, now, decisions: 0, rate, events, ended: false, heard: true })
     }
 
     /// One skill, over and over if it repeats.
@@ -129,6 +132,7 @@ impl Director {
     }
     /// Wishes; they count from the next decision on.
     pub fn set_input(&mut self, input: DirectorInput) {
+        self.heard &= input.parameters == self.input.parameters;
         self.input = input;
     }
     /// Whether it has come to its end; what steers or repeats has none.
@@ -142,7 +146,7 @@ impl Director {
 
     /// The same with these wishes.
     pub fn with_input(mut self, input: DirectorInput) -> Self {
-        self.input = input;
+        self.set_input(input);
         self
     }
     /// Forgets a request that is open; its skill.
@@ -204,6 +208,7 @@ impl Director {
             self.refuse(open, NoEntry::Restarted);
         }
         let (first, speed) = self.kind.start(&self.input);
+        self.heard = false;
         self.enter(first);
         self.ended = false;
         self.player.begin(sim, heading, place, speed);
@@ -217,6 +222,24 @@ impl Director {
             self.player = player;
         }
         self.events.push_back(DirectorEvent::Began(skill));
+        self.choose_parameters();
+    }
+
+    /// Gives the present skill the parameters that are wished for. What is wrong with one is told; names that no skill has, once.
+    fn choose_parameters(&mut self) {
+        let first = !std::mem::replace(&mut self.heard, true);
+        let (wished, events) = (&self.input.parameters, &mut self.events);
+        let mut tell = |name: &str, reason| {
+            events.push_back(DirectorEvent::Parameter { name: name.to_owned(), reason });
+        };
+        self.player.choose_parameters(wished, &mut tell);
+        if first {
+            let parameters = || self.graph.skills().iter().flat_map(|s| &s.skill.definition.parameters);
+            for (name, _) in wished.iter().filter(|(name, _)| parameters().all(|p| p.name != *name)) {
+                let known: BTreeSet<_> = parameters().map(|p| p.name.clone()).collect();
+                tell(name, BadParameter::Unknown { known: known.into_iter().collect() });
+            }
+        }
     }
 
     /// Goes on at another rate, see [`SkillPlayer::set_rate`].
@@ -228,12 +251,13 @@ impl Director {
         changed
     }
 
-    /// Sets the servo targets of the coming step. Call it before each step.
-    pub fn drive(&mut self, sim: &mut Simulator<f64>) -> Result<(), PolicyError> {
+    /// Sets the servo targets of the coming step, after a look at what is ahead where there is a decision to make. Call it before each
+    /// step.
+    pub fn drive(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) -> Result<(), PolicyError> {
         if self.player.at_decision() {
             self.prepare(sim);
         }
-        self.player.drive(sim)
+        self.player.drive(sim, terrain)
     }
 
     /// What comes before a decision: going over to another skill where it is time, its speed and its turn.
@@ -246,6 +270,9 @@ impl Director {
             self.player.set_support(&support);
             self.player.join(sim, tick);
         }
+        if !self.heard {
+            self.choose_parameters();
+        }
         if let Some(speed) = speed {
             self.player.set_speed(speed);
         }
@@ -256,21 +283,20 @@ impl Director {
         }
     }
 
-    /// Looks at the ground, see [`SkillPlayer::sense`]; call it after a step and before [`Director::after_step`].
-    pub fn sense(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
-        if self.player.at_decision() {
-            self.player.sense(sim, terrain);
-        }
-    }
-
     /// Steps per second at which a character performs its skills: the rate nearest to its own that fits their decisions.
     pub fn simulation_rate(&self, model: &CharacterModel) -> f64 {
         self.player.skill().definition.simulation_rate(model)
     }
 
-    /// Call it after each step.
-    pub fn after_step(&mut self, sim: &Simulator<f64>) {
-        self.player.after_step(sim);
+    /// Call it after each step, on what the step was made.
+    pub fn after_step(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        self.player.after_step(sim, terrain);
+    }
+
+    /// How far from its root one of the skills looks at the ground, m; zero where none does.
+    pub fn sees_ground_within(&self) -> f64 {
+        let terms = self.graph.skills().iter().flat_map(|s| &s.skill.layout.terms);
+        terms.flat_map(ObservationTerm::heights_ahead).fold(0.0, |far, d| far.max(d.abs()))
     }
 
     /// A name for people; what it is made of is written to `out`.
@@ -292,6 +318,9 @@ impl Director {
         out.switch(self.ended);
         self.input.write_state(out);
         self.kind.write_state(out);
+        // What is not told yet is found again.
+        let untold = |event: &DirectorEvent| matches!(event, DirectorEvent::Parameter { .. });
+        out.switch(self.heard && !self.events.iter().any(untold));
         let began = |event: &DirectorEvent| matches!(event, DirectorEvent::Began(_));
         out.switch(self.events.iter().any(began));
         self.player.write_state(out);
@@ -305,6 +334,7 @@ impl Director {
         self.ended = from.switch("whether the end was told")?;
         self.input = DirectorInput::read_state(from)?;
         self.kind.read_state(from, &self.graph)?;
+        self.heard = from.switch("whether the parameters were told")?;
         self.events.clear();
         if from.switch("whether the skill was told to have begun")? {
             self.events.push_back(DirectorEvent::Began(now));
