@@ -21,6 +21,7 @@ mod puppet;
 mod seen_momentum;
 
 mod architecture;
+mod balance;
 mod blade;
 mod character_files;
 mod character_parts;
@@ -38,6 +39,7 @@ mod determinism;
 mod director;
 mod dynamics_identities;
 mod flight;
+mod foot_pose;
 mod geometry;
 mod grips;
 mod joint_torques;
