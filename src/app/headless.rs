@@ -142,5 +142,5 @@ fn frame(sim: &mut Simulator<f64>, player: &ControlPlayer) -> StoryboardFrame {
         (force.length() > 1e-6).then(|| TouchPoint { position: link.position + link.rotation * place.position, force })
     });
     let contacts = contacts.collect();
-    StoryboardFrame { time: sim.state.time, links, ghost: Some(ghost), contacts, caption: String::new() }
+    StoryboardFrame { ghost: Some(ghost), contacts, ..StoryboardFrame::new(sim.state.time, links) }
 }

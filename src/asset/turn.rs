@@ -36,6 +36,16 @@ pub(crate) fn rotation_vector(q: DQuat) -> DVec3 {
     q.xyz_vector() * (2.0 * half_angle_over_sine(q.w.min(1.0)))
 }
 
+/// The rotation by a rotation vector of a length up to pi, rad: the inverse of [`rotation_vector`].
+pub(crate) fn rotation_by(r: DVec3) -> DQuat {
+    let half = 0.5 * r.length();
+    if half < 1e-12 {
+        return unit(DQuat::from_xyzw(0.5 * r.x, 0.5 * r.y, 0.5 * r.z, 1.0));
+    }
+    let v = r * (0.5 * sine(half) / half);
+    unit(DQuat::from_xyzw(v.x, v.y, v.z, sine(std::f64::consts::FRAC_PI_2 - half)))
+}
+
 /// The part of a rotation that turns about the unit axis (the twist of the swing-twist decomposition). Identity where
 /// the rotation is half a turn about an axis across.
 pub(crate) fn twist(q: DQuat, axis: DVec3) -> DQuat {
@@ -75,6 +85,8 @@ mod tests {
             let expected = a * DQuat::from_scaled_axis(turn * s);
             worst = worst.max((slerp(a, b, s).conjugate() * expected).to_scaled_axis().length());
             worst = worst.max((rotation_vector(a.inverse() * b) - turn).length());
+            worst =
+                worst.max((rotation_by(turn).conjugate() * DQuat::from_scaled_axis(turn)).to_scaled_axis().length());
         }
         println!("largest difference {worst:.1e} rad, allowed 3e-8");
         assert!(worst < 3e-8);

@@ -15,12 +15,16 @@
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
 //! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
+//! | [`basic_poses`], [`foot_alone`], [`foot_frames`] | one foot by itself in its basic poses, for a storyboard |
+//! | [`feet`] | feet of several segments against feet of two: episodes of standing, the largest disturbance held |
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
 mod arguments;
 mod chosen_world;
+pub mod feet;
 mod find_key_poses;
+mod foot_picture;
 mod frames;
 mod info;
 mod input;
@@ -37,6 +41,7 @@ mod world_spec;
 pub use arguments::{ArgumentError, FAILED, WRONG_ARGUMENTS, exit_code, threads, within};
 pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError, course_scenery};
 pub use find_key_poses::find_key_poses;
+pub use foot_picture::{PosedFoot, basic_poses, foot_alone, foot_frames};
 pub use frames::FrameRecorder;
 pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};
 pub use input::{load_character, load_motion, load_motion_with};

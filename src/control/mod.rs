@@ -1,8 +1,10 @@
 //! What tells the joints where to go: targets sampled from a clip, open-loop controls, trained policies (feature `policy`);
 //! and what joints did: recorded clips.
 
+pub mod balance;
 mod drive;
 mod fall;
+pub mod foot;
 mod joint_weights;
 mod motion_recorder;
 mod open_loop;

@@ -25,7 +25,7 @@ pub use constants::LinkConstants;
 pub use forward::{contact_free_accelerations, forward_accelerations, integrate};
 pub use generalized::{degrees_of_freedom, generalized_velocity};
 pub use grip::{GripAnchor, GripState};
-pub use inverse::inverse_dynamics;
+pub use inverse::{InverseDynamics, inverse_dynamics, inverse_dynamics_into};
 pub use jacobian::{point_jacobian, point_jacobian_rate, point_velocity};
 pub use kinematics::{LinkKinematics, update_positions, update_twists, update_velocities};
 pub use mass_matrix::mass_matrix;

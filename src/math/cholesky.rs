@@ -17,35 +17,12 @@ impl Cholesky {
             return None;
         }
         let mut factor = matrix.to_vec();
-        for j in 0..size {
-            let (above, rest) = factor.split_at_mut(j * size);
-            let row = &mut rest[..size];
-            for k in 0..j {
-                let other = &above[k * size..k * size + k + 1];
-                let sum: f64 = other[..k].iter().zip(&row[..k]).map(|(a, b)| a * b).sum();
-                row[k] = (row[k] - sum) / other[k];
-            }
-            let square = row[j] - row[..j].iter().map(|x| x * x).sum::<f64>();
-            // A NaN is not above zero either.
-            if !(square > 0.0 && square.is_finite()) {
-                return None;
-            }
-            row[j] = square.sqrt();
-        }
-        Some(Self { size, factor })
+        factorize(size, &mut factor).then_some(Self { size, factor })
     }
 
     /// Solves `A x = b`: `b` (`size` entries) becomes `x`.
     pub fn solve(&self, b: &mut [f64]) {
-        let (n, l) = (self.size, &self.factor);
-        for i in 0..n {
-            let sum: f64 = l[i * n..i * n + i].iter().zip(&b[..i]).map(|(l, x)| l * x).sum();
-            b[i] = (b[i] - sum) / l[i * n + i];
-        }
-        for i in (0..n).rev() {
-            let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * b[k]).sum();
-            b[i] = (b[i] - sum) / l[i * n + i];
-        }
+        substitute(self.size, &self.factor, b);
     }
 
     /// The diagonal of the inverse: the variances, where the matrix is an information matrix.
@@ -60,6 +37,40 @@ impl Cholesky {
             *out = column[i];
         }
         diagonal
+    }
+}
+
+/// Turns the lower triangle of a symmetric matrix, given row by row (`size * size` entries), into its factor; the same as
+/// [`Cholesky::new`], in the caller's own room. False where the matrix is not positive definite; it is then of no use.
+pub fn factorize(size: usize, matrix: &mut [f64]) -> bool {
+    for j in 0..size {
+        let (above, rest) = matrix.split_at_mut(j * size);
+        let row = &mut rest[..size];
+        for k in 0..j {
+            let other = &above[k * size..k * size + k + 1];
+            let sum: f64 = other[..k].iter().zip(&row[..k]).map(|(a, b)| a * b).sum();
+            row[k] = (row[k] - sum) / other[k];
+        }
+        let square = row[j] - row[..j].iter().map(|x| x * x).sum::<f64>();
+        // A NaN is not above zero either.
+        if !(square > 0.0 && square.is_finite()) {
+            return false;
+        }
+        row[j] = square.sqrt();
+    }
+    true
+}
+
+/// Solves `A x = b` with the factor that [`factorize`] left: `b` (`size` entries) becomes `x`.
+pub fn substitute(size: usize, factor: &[f64], b: &mut [f64]) {
+    let (n, l) = (size, factor);
+    for i in 0..n {
+        let sum: f64 = l[i * n..i * n + i].iter().zip(&b[..i]).map(|(l, x)| l * x).sum();
+        b[i] = (b[i] - sum) / l[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - sum) / l[i * n + i];
     }
 }
 

@@ -10,7 +10,7 @@ mod spatial;
 mod symmetric_eigen;
 mod vec3;
 
-pub use cholesky::Cholesky;
+pub use cholesky::{Cholesky, factorize, substitute};
 pub use lanes::{F32x8, F32x8Fused, F64Fused, F64x4, F64x4Fused};
 pub use mat3::{Mat3, Sym3};
 pub use quat::{Quat, half_angle_over_sine};

@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use super::font::{draw_text, text_width};
 use super::frame::{Ground, StoryboardFrame, StoryboardOptions};
-use super::mesh::{figure, scenery};
+use super::mesh::{figure, mark, scenery};
 use super::raster::Layer;
 use crate::model::CharacterModel;
 use glam::{DVec3, Vec3};
@@ -83,7 +83,8 @@ pub(crate) fn draw_cell(style: &CellStyle, camera: &Camera, frame: &StoryboardFr
     backdrop(&mut pixmap, style, camera);
     grid(&mut pixmap, style.options, camera);
 
-    let solids = figure(style.model, &frame.links);
+    let mut solids = figure(style.model, &frame.links);
+    mark(&mut solids, style.model, &frame.marked);
     let mut shadow = Layer::new(width, height);
     solids.iter().for_each(|s| shadow.shadow(camera, s));
     let blur = (0.05 * camera.scale).round() as usize;

@@ -23,6 +23,8 @@ pub struct StoryboardFrame {
     pub ghost: Option<Vec<LinkTransform>>,
     /// What touches.
     pub contacts: Vec<TouchPoint>,
+    /// Solids drawn in red: link and number of the shape on it.
+    pub marked: Vec<(usize, usize)>,
     /// A word or two below the time label; empty for none.
     pub caption: String,
 }

@@ -28,6 +28,7 @@ pub(crate) enum Side {
     Middle,
     Steel,
     Scenery,
+    Marked,
 }
 
 impl Side {
@@ -78,6 +79,16 @@ pub(crate) fn figure(model: &CharacterModel, links: &[LinkTransform]) -> Vec<Sol
         }
     }
     solids
+}
+
+/// Marks shapes of a figure that [`figure`] made, given by link and number on it.
+pub(crate) fn mark(solids: &mut [Solid], model: &CharacterModel, marked: &[(usize, usize)]) {
+    for &(link, shape) in marked.iter().filter(|(l, s)| model.links.get(*l).is_some_and(|l| *s < l.shapes.len())) {
+        let before: usize = model.links[..link].iter().map(|l| l.shapes.len()).sum();
+        if let Some(solid) = solids.get_mut(before + shape) {
+            solid.side = Side::Marked;
+        }
+    }
 }
 
 /// Solids that stand in the world.

@@ -190,6 +190,7 @@ pub(crate) fn hue(side: Side) -> Vec3 {
         Side::Middle => Vec3::new(0.80, 0.80, 0.83),
         Side::Steel => Vec3::new(0.40, 0.45, 0.52),
         Side::Scenery => Vec3::new(0.74, 0.71, 0.66),
+        Side::Marked => Vec3::new(0.86, 0.10, 0.14),
     }
 }
 

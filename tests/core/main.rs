@@ -23,6 +23,7 @@ mod puppet;
 mod seen_momentum;
 
 mod architecture;
+mod balance;
 mod blade;
 mod character_files;
 mod character_parts;
@@ -40,6 +41,7 @@ mod determinism;
 mod director;
 mod dynamics_identities;
 mod flight;
+mod foot_pose;
 mod gait;
 mod geometry;
 mod grips;

@@ -59,7 +59,12 @@ fn stroke(count: usize) -> Vec<StoryboardFrame> {
                 .filter(|p| p.y < 0.02)
                 .map(|position| TouchPoint { position, force: DVec3::new(20.0, 230.0, 10.0) })
                 .collect();
-            StoryboardFrame { time: t, links, ghost: Some(ghost), contacts, caption: "left outside edge".into() }
+            StoryboardFrame {
+                ghost: Some(ghost),
+                contacts,
+                caption: "left outside edge".into(),
+                ..StoryboardFrame::new(t, links)
+            }
         })
         .collect()
 }

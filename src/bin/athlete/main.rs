@@ -1,8 +1,11 @@
 //! `athlete`: simulation, reconstruction, export and timing of bevy_athlete's characters, without a window.
 
+mod balance;
 mod bench;
 mod evaluate;
 mod export_mjcf;
+mod feet;
+mod foot_pose;
 mod import_joints;
 mod info;
 mod info_policy;
@@ -57,6 +60,12 @@ enum Command {
     ExportMjcf(export_mjcf::ExportMjcf),
     /// Show links, masses, joints and contact points of a character, or the contract of a policy
     Info(info::Info),
+    /// Pose a foot of several segments: its four basic poses
+    FootPose(foot_pose::FootPose),
+    /// Keep a body standing in a pose of its feet, pushed or not, many times
+    Balance(balance::Balance),
+    /// Compare feet of five segments with feet of two: what each holds
+    Feet(feet::Feet),
     /// Learn a policy for a skill or a motion
     Train(train::Train),
     /// Try a policy on fresh random trials
@@ -78,6 +87,9 @@ fn main() -> ExitCode {
         Command::Show(command) => command.run(),
         Command::ExportMjcf(command) => command.run(),
         Command::Info(command) => command.run(),
+        Command::FootPose(command) => command.run(),
+        Command::Balance(command) => command.run(),
+        Command::Feet(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
         Command::Program(command) => command.run(),

@@ -1,0 +1,18 @@
+//! What the segments of a foot buy: the experiments of Park, Yu, Lee 2018, Section 6.3, on three feet with one controller.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `bodies` | the three feet: five segments, two segments, two segments with more contact points |
+//! | `episode` | one body, one disturbance: did it keep standing |
+//! | `rows` | the experiments, their published figures and mechanical bounds |
+//! | `search` | the largest disturbance that is held in 90 % of the episodes |
+
+mod bodies;
+mod episode;
+mod rows;
+mod search;
+
+pub use bodies::FeetBody;
+pub use episode::{Disturbance, Episode, EpisodeError, EpisodeResult, StancePose, run_episode};
+pub use rows::{Experiment, FeetRow, experiments, measure_row};
+pub use search::{SearchOptions, largest_held};

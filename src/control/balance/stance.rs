@@ -1,0 +1,82 @@
+//! What a body shall stand on, and how.
+
+use crate::control::foot::{BasicPose, FootAnatomy, FootError, SegmentSet};
+use crate::model::CharacterModel;
+use glam::{DQuat, DVec3};
+
+/// What one foot does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AnkleStance {
+    /// The segments that shall touch; none is a foot in the air.
+    pub touch: SegmentSet,
+    /// How much higher the ankle is than where the whole sole stands, m.
+    pub rise: f64,
+    /// Roll of the ankle's link against the ground, rad; positive turns the sole outwards (inside tilt).
+    pub roll: f64,
+}
+
+/// What all feet do, and the posture above.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stance {
+    /// One for each foot of the model.
+    pub feet: Vec<AnkleStance>,
+    /// Rotation of each joint in the posture, child axes to parent axes; those of the feet are found by the foot pose controller.
+    pub posture: Vec<DQuat>,
+}
+
+impl Stance {
+    /// Both feet in one basic pose, the posture straight with the knees bent by `knee` (rad).
+    pub fn basic(model: &CharacterModel, feet: &[FootAnatomy], pose: BasicPose, knee: f64) -> Result<Self, FootError> {
+        let mut stance = Self { feet: Vec::new(), posture: bent(model, feet, knee) };
+        for foot in feet {
+            let touch = foot.set(pose)?;
+            let (rise, roll) = match pose {
+                BasicPose::Rest => (0.0, 0.0),
+                BasicPose::Tiptoe => (0.04, 0.0),
+                BasicPose::InsideTilt => (0.0, 0.21),
+                BasicPose::OutsideTilt => (0.0, -0.21),
+            };
+            stance.feet.push(AnkleStance { touch, rise, roll });
+        }
+        Ok(stance)
+    }
+
+    /// On foot number `standing` alone, the others lifted by the hip and the knee.
+    pub fn one_leg(
+        model: &CharacterModel,
+        feet: &[FootAnatomy],
+        standing: usize,
+        knee: f64,
+    ) -> Result<Self, FootError> {
+        let mut stance = Self::basic(model, feet, BasicPose::Rest, knee)?;
+        for (index, foot) in feet.iter().enumerate().filter(|(i, _)| *i != standing) {
+            stance.feet[index].touch = SegmentSet::NONE;
+            if let Some((thigh, shin)) = leg(model, foot) {
+                stance.posture[thigh] = DQuat::from_xyzw(0.25, 0.0, 0.0, 1.0).normalize();
+                stance.posture[shin] = DQuat::from_xyzw(-0.4, 0.0, 0.0, 1.0).normalize();
+            }
+        }
+        Ok(stance)
+    }
+}
+
+/// The two links above a foot.
+fn leg(model: &CharacterModel, foot: &FootAnatomy) -> Option<(usize, usize)> {
+    let shin = model.links[foot.ankle()].parent?;
+    let thigh = model.links[shin].parent?;
+    Some((thigh, shin))
+}
+
+/// The zero pose with bent knees, ankles and hips so that trunk and soles stay level.
+fn bent(model: &CharacterModel, feet: &[FootAnatomy], knee: f64) -> Vec<DQuat> {
+    let turn = |angle: f64| crate::asset::turn::rotation_by(DVec3::X * angle);
+    let mut posture = vec![DQuat::IDENTITY; model.links.len()];
+    for foot in feet {
+        if let Some((thigh, shin)) = leg(model, foot) {
+            posture[thigh] = turn(0.5 * knee);
+            posture[shin] = turn(-knee);
+            posture[foot.ankle()] = turn(0.5 * knee);
+        }
+    }
+    posture
+}

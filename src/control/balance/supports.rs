@@ -1,0 +1,163 @@
+//! Where the touching segments shall be, and their rows of the Jacobian.
+
+use super::stance::AnkleStance;
+use crate::asset::Side;
+use crate::asset::turn::rotation_by;
+use crate::contact::Terrain;
+use crate::control::foot::{
+    FootAnatomy, FootPose, FootPoseOptions, FootPoseRequest, GroundPlane, MOST_SEGMENTS, SegmentSet, foot_pose,
+};
+use crate::dynamics::LinkKinematics;
+use crate::math::Vec3;
+use glam::{DMat3, DQuat, DVec3};
+
+/// Distance below which the ground is looked for under a foot, m.
+const REACH: f64 = 1.0;
+/// How far a segment may be from where it shall be before that place is drawn along, m.
+const LEASH: f64 = 0.01;
+
+/// Where a segment shall stand: its joint, its axes, world frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Anchor {
+    pub place: DVec3,
+    pub rotation: DQuat,
+}
+
+/// One foot and the ground under it.
+#[derive(Clone, Debug)]
+pub(super) struct Footing {
+    pub anatomy: FootAnatomy,
+    /// The ground under it.
+    pub ground: GroundPlane,
+    /// Where it points, unit, in the plane.
+    pub toward: DVec3,
+    /// Velocity of the ground, m/s, and its angular velocity, rad/s.
+    pub drift: DVec3,
+    pub spin: DVec3,
+    pub anchors: [Anchor; MOST_SEGMENTS],
+    /// The rise and the roll that it has come to.
+    pub rise: f64,
+    pub roll: f64,
+    /// The pose it shall take.
+    pub pose: Option<FootPose>,
+}
+
+impl Footing {
+    pub(super) fn new(anatomy: FootAnatomy) -> Self {
+        Self {
+            anatomy,
+            ground: GroundPlane::LEVEL,
+            toward: DVec3::NEG_Z,
+            drift: DVec3::ZERO,
+            spin: DVec3::ZERO,
+            anchors: [Anchor::default(); MOST_SEGMENTS],
+            rise: 0.0,
+            roll: 0.0,
+            pose: None,
+        }
+    }
+
+    /// Stands all segments flat on the ground where they are.
+    pub(super) fn settle(&mut self, kinematics: &[LinkKinematics<f64>], root: DVec3, terrain: &impl Terrain<f64>) {
+        let ankle = &kinematics[self.anatomy.ankle()];
+        let at = root + ankle.origin.lane(0);
+        self.ground = GroundPlane::under(terrain, at, REACH).unwrap_or(GroundPlane { point: at, normal: DVec3::Y });
+        let n = self.ground.normal;
+        let ahead = ankle.rotation.lane(0) * self.anatomy.forward();
+        self.toward = (ahead - n * ahead.dot(n)).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
+        (self.rise, self.roll) = (0.0, 0.0);
+        for k in 0..self.anatomy.segments().len() {
+            self.stand(k, root + kinematics[self.anatomy.segments()[k].link].origin.lane(0), terrain);
+        }
+    }
+
+    /// Where a segment stands whose joint is at `place`: parallel to the ground under it, its sole on it.
+    pub(super) fn stand(&mut self, k: usize, place: DVec3, terrain: &impl Terrain<f64>) {
+        let ground = GroundPlane::under(terrain, place, REACH).unwrap_or(self.ground);
+        let up = ground.normal * (self.anatomy.segments()[k].drop - ground.height(place));
+        self.anchors[k] = Anchor { place: place + up, rotation: self.flat_on(ground.normal) };
+    }
+
+    /// From the axes of a foot that stands flat to the world's.
+    pub(super) fn flat(&self) -> DQuat {
+        self.flat_on(self.ground.normal)
+    }
+
+    /// The same on ground with this normal.
+    fn flat_on(&self, n: DVec3) -> DQuat {
+        let t = (self.toward - n * self.toward.dot(n)).try_normalize().unwrap_or(self.toward);
+        let forward = self.anatomy.forward();
+        let to = |up: DVec3, along: DVec3| DMat3::from_cols(up.cross(along), up, along);
+        (DQuat::from_mat3(&to(n, t)) * DQuat::from_mat3(&to(DVec3::Y, forward)).conjugate()).normalize()
+    }
+
+    /// Looks at the ground again after `seconds`: anchors go along with it, and are drawn after segments that slid.
+    pub(super) fn look(
+        &mut self,
+        kinematics: &[LinkKinematics<f64>],
+        root: DVec3,
+        terrain: &impl Terrain<f64>,
+        touch: SegmentSet,
+        seconds: f64,
+    ) {
+        let at = root + kinematics[self.anatomy.ankle()].origin.lane(0);
+        let Some(ground) = GroundPlane::under(terrain, at, REACH) else { return };
+        let below = at - ground.normal * ground.height(at);
+        (self.drift, self.spin) = motion_of(terrain, below, ground.normal, self.toward);
+        self.ground = ground;
+        let n = ground.normal;
+        self.toward = (self.toward - n * self.toward.dot(n)).try_normalize().unwrap_or(self.toward);
+        for k in 0..self.anatomy.segments().len() {
+            let joint = root + kinematics[self.anatomy.segments()[k].link].origin.lane(0);
+            let mut place = if touch.contains(k) { self.anchors[k].place + self.drift * seconds } else { joint };
+            let slid = joint - place;
+            let slid = slid - n * slid.dot(n);
+            if slid.length() > LEASH {
+                place += slid * (1.0 - LEASH / slid.length());
+            }
+            self.stand(k, place, terrain);
+        }
+    }
+
+    /// The pose that foot pose control asks for: the ankle as high above a flat sole's as the stance has come to.
+    pub(super) fn shape(&mut self, stance: &AnkleStance) {
+        let ankle = &self.anatomy.segments()[0];
+        let height = self.anatomy.segments().iter().find(|s| s.stands && s.parent == 0 && s.link != ankle.link);
+        let height = height.map_or(ankle.drop, |s| s.drop - s.offset.y);
+        let inward = if self.anatomy.side == Some(Side::Right) { -1.0 } else { 1.0 };
+        let forward = self.anatomy.forward();
+        let rotation = (self.flat() * rotation_by(-forward * (-inward * self.roll))).normalize();
+        let request = FootPoseRequest {
+            ankle: self.ground.point + self.ground.normal * (height + self.rise),
+            rotation,
+            direction: self.toward,
+            touch: stance.touch,
+            ground: self.ground,
+        };
+        self.pose = Some(foot_pose(&self.anatomy, &request, &FootPoseOptions::default()));
+    }
+
+    /// Places, seen from above, at which the points of these segments touch where they shall stand, world frame, m.
+    pub(super) fn touching_places(&self, touch: SegmentSet) -> impl Iterator<Item = DVec3> + '_ {
+        let segments = self.anatomy.segments();
+        touch.iter().filter(move |&k| k < segments.len()).flat_map(move |k| {
+            let anchor = self.anchors[k];
+            let n = anchor.rotation * DVec3::Y;
+            let sole = segments[k].points.iter().filter(move |p| segments[k].drop + p.0.y - p.1 < 0.003);
+            sole.map(move |p| anchor.place + anchor.rotation * p.0 - n * p.1)
+        })
+    }
+}
+
+/// Velocity (m/s) and angular velocity (rad/s) of the ground at a point of it, from the velocities there, ahead and aside.
+fn motion_of(terrain: &impl Terrain<f64>, at: DVec3, n: DVec3, toward: DVec3) -> (DVec3, DVec3) {
+    /// How far ahead and aside, m.
+    const ASIDE: f64 = 0.05;
+    let t = (toward - n * toward.dot(n)).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
+    let b = n.cross(t);
+    let velocity = |p: DVec3| terrain.query(Vec3::<f64>::splat(p)).velocity.lane(0);
+    let drift = velocity(at);
+    let (ahead, aside) = ((velocity(at + t * ASIDE) - drift) / ASIDE, (velocity(at + b * ASIDE) - drift) / ASIDE);
+    // w x t = ahead, w x b = aside.
+    (drift, t * aside.dot(n) - b * ahead.dot(n) + n * ahead.dot(b))
+}

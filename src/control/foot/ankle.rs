@@ -1,0 +1,143 @@
+//! How the ankle turns, and how far it moves, so that the joints of chosen segments come to their heights.
+//!
+//! The joints that lie on the ankle's link are fixed against each other, so their heights over the ground are functions of two tilts
+//! and the ankle's own height. One joint: the smallest rotation, the ankle stays (equations 1 and 2 of the paper). Two: the smallest
+//! rotation that gives them the right difference; three and more: the two tilts that fit best. What height is then left over is the
+//! ankle's to move.
+
+use super::aim::{Aim, arc, least};
+use super::segments::MOST_SEGMENTS;
+use crate::asset::turn::{rotation_by, rotation_vector};
+use glam::{DMat3, DQuat, DVec3};
+
+/// A joint on the ankle's link.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Fixed {
+    /// From the ankle, world axes, before the ankle turns, m.
+    pub arm: DVec3,
+    /// Its wanted height, less that of the ankle, m.
+    pub height: f64,
+}
+
+/// Joints on the ankle's link whose heights are wanted.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FixedJoints {
+    joints: [Fixed; MOST_SEGMENTS],
+    count: usize,
+}
+
+impl FixedJoints {
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+    pub(super) fn push(&mut self, joint: Fixed) {
+        if let Some(place) = self.joints.get_mut(self.count) {
+            *place = joint;
+            self.count += 1;
+        }
+    }
+    fn all(&self) -> &[Fixed] {
+        &self.joints[..self.count]
+    }
+}
+
+/// The plane's normal and where the foot points in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ground {
+    /// Unit normal.
+    pub n: DVec3,
+    /// Unit direction of the foot in the plane.
+    pub t: DVec3,
+}
+
+/// What the ankle does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AnkleMove {
+    /// Rotation on top of the reference's, world axes.
+    pub rotation: DQuat,
+    /// Way along the normal, m.
+    pub displacement: f64,
+    /// The paper's axis was not determined: the vector to the joint is parallel to the normal.
+    pub parallel: bool,
+}
+
+/// The part of a rotation that rolls the foot, about the direction it points in, rad.
+pub(super) fn roll_of(rotation: DQuat, t: DVec3) -> f64 {
+    rotation_vector(rotation).dot(t)
+}
+
+/// What the ankle does for these joints. Where the sole of the ankle's own link shall stand, `sole` is its normal (world axes, before
+/// the ankle turns) and the height it lacks: it decides alone. Of the rotation that one joint asks for, the ankle makes the part
+/// `part` (0 to 1) and moves for the rest.
+pub(super) fn move_ankle(
+    joints: &FixedJoints,
+    sole: Option<(DVec3, f64)>,
+    ground: Ground,
+    most_roll: f64,
+    part: f64,
+) -> AnkleMove {
+    let Ground { n, t } = ground;
+    if let Some((normal, height)) = sole {
+        return AnkleMove { rotation: arc(normal, n), displacement: height, parallel: false };
+    }
+    match joints.all() {
+        [] => AnkleMove { rotation: DQuat::IDENTITY, displacement: 0.0, parallel: false },
+        [one] => {
+            let Aim { rotation, missing, parallel } = bounded(one.arm, one.height, ground, most_roll);
+            if part >= 1.0 {
+                return AnkleMove { rotation, displacement: missing, parallel };
+            }
+            let rotation = rotation_by(rotation_vector(rotation) * part);
+            AnkleMove { rotation, displacement: one.height - n.dot(rotation * one.arm), parallel }
+        }
+        [a, b] => {
+            let Aim { rotation, parallel, .. } = bounded(a.arm - b.arm, a.height - b.height, ground, most_roll);
+            let left = |j: &Fixed| j.height - n.dot(rotation * j.arm);
+            AnkleMove { rotation, displacement: 0.5 * (left(a) + left(b)), parallel }
+        }
+        many => fitted(many, n, t),
+    }
+}
+
+/// The smallest rotation that brings a vector to a height; where it would roll the foot by more than `most_roll`, that roll and for
+/// the rest the smallest rotation about the axis across the foot.
+fn bounded(arm: DVec3, height: f64, Ground { n, t }: Ground, most_roll: f64) -> Aim {
+    let aim = least(arm, n, height, t);
+    let roll = roll_of(aim.rotation, t);
+    if roll.abs() <= most_roll {
+        return aim;
+    }
+    let rolled = rotation_by(t * most_roll.copysign(roll));
+    let across = n.cross(t);
+    let turned = rolled * arm;
+    let pitched = least(turned - across * turned.dot(across), n, height, t);
+    Aim { rotation: pitched.rotation * rolled, ..pitched }
+}
+
+/// Two tilts and a height that fit best, by Gauss-Newton steps: with w a small rotation in the plane, a joint's height changes by
+/// `w . (arm x n)`.
+fn fitted(joints: &[Fixed], n: DVec3, t: DVec3) -> AnkleMove {
+    /// Steps: each squares the error of a tilt that begins below a radian.
+    const STEPS: usize = 6;
+    /// Keeps the system regular where all joints lie in a line, m^2.
+    const DAMPING: f64 = 1e-9;
+    let across = n.cross(t);
+    let mut rotation = DQuat::IDENTITY;
+    let mut displacement = 0.0;
+    for _ in 0..STEPS {
+        let mut normal_matrix = DMat3::from_diagonal(DVec3::new(DAMPING, DAMPING, 0.0));
+        let mut right = DVec3::ZERO;
+        for joint in joints {
+            let arm = rotation * joint.arm;
+            let slope = arm.cross(n);
+            let row = DVec3::new(slope.dot(across), slope.dot(t), 1.0);
+            normal_matrix += DMat3::from_cols(row * row.x, row * row.y, row * row.z);
+            right += row * (joint.height - n.dot(arm));
+        }
+        let step = normal_matrix.inverse() * right;
+        displacement = step.z;
+        let tilt = across * step.x + t * step.y;
+        rotation = (rotation_by(tilt * (1.0 / tilt.length().max(1.0))) * rotation).normalize();
+    }
+    AnkleMove { rotation, displacement, parallel: false }
+}
