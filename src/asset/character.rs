@@ -291,6 +291,13 @@ impl Character {
         Self::parse(&file, &bytes)
     }
 
+    /// The character `name` as the file at `file` names it: a character file (`NAME.character.ron`) that lies beside that file, and
+    /// otherwise the name as it is, a preset's or a path from the working folder.
+    pub fn beside(file: &Path, name: &str) -> String {
+        let own = file.with_file_name(name);
+        if name.ends_with(".character.ron") && own.is_file() { own.to_string_lossy().into_owned() } else { name.into() }
+    }
+
     /// The text of a character file, which [`Character::parse`] reads back; refuses what it would refuse.
     pub fn to_ron(&self) -> Result<String, AssetError> {
         self.validate()?;

@@ -2,6 +2,7 @@
 
 mod trial;
 
+use crate::asset::Character;
 use crate::asset::read_file::read_text;
 use crate::control::terms::ObservationTerm;
 use crate::model::PointRole;
@@ -19,7 +20,7 @@ pub type Range = (f64, f64);
 pub struct SkillDefinition {
     /// Name of the skill.
     pub name: String,
-    /// Character whose skill it is.
+    /// Character whose skill it is: a preset, or a `.character.ron` file, relative to this file or to the working folder.
     pub character: String,
     /// The motion: a `.clip.ron`, `.keyposes.ron` or `.bvh` file, relative to this file.
     pub motion: PathBuf,
@@ -406,13 +407,14 @@ impl SkillDefinition {
         (self.episode.seconds, self.trial.seconds) = (10.0, 20.0);
     }
 
-    /// Reads a file; the motion's path is made relative to the working folder.
+    /// Reads a file; the paths of motion and course, and of a character file beside it, are made relative to the working folder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SkillError> {
         let path = path.as_ref();
         let text = read_text(path, MAX_SKILL_BYTES)
             .map_err(|e| SkillError::Io { path: path.to_path_buf(), source: e.into() })?;
         let mut skill = Self::from_ron(&text, path)?;
         if let Some(folder) = path.parent() {
+            skill.character = Character::beside(path, &skill.character);
             skill.motion = folder.join(&skill.motion);
             skill.course = skill.course.map(|course| folder.join(course));
             for other in &mut skill.after {

@@ -296,3 +296,14 @@ fn a_written_file_reads_back_equal() {
         assert_eq!(character, again);
     }
 }
+
+#[test]
+fn a_character_file_is_found_beside_the_file_that_names_it() {
+    let skill = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/characters/any.skill.ron");
+    let found = Character::beside(&skill, "runner.character.ron");
+    assert_eq!(Character::read(found).expect("beside it").name, "runner");
+    // What does not lie there is a preset's name, or a path from the working folder.
+    for name in ["runner", "nobody.character.ron"] {
+        assert_eq!(Character::beside(&skill, name), name);
+    }
+}

@@ -3,6 +3,7 @@
 use crate::interrupt;
 use crate::output::{Outcome, bar, complain, say, say_json};
 use crate::simulate::draw;
+use bevy_athlete::asset::Character;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::cli::{
     ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, check_folder, find_key_poses,
@@ -69,7 +70,8 @@ impl Optimize {
     pub fn run(&self) -> Outcome {
         let file = find_key_poses(&self.skill)?;
         let poses = KeyPoses::load(&file)?;
-        let model = load_character(self.character.as_deref().unwrap_or(&poses.character))?;
+        let own = Character::beside(&file, &poses.character);
+        let model = load_character(self.character.as_deref().unwrap_or(&own))?;
         let plan = Plan::new(&poses, &model).map_err(|error| format!("{}: {error}", file.display()))?;
         let world = self.world.unwrap_or_else(|| WorldSpec::default_for(&model));
         self.minutes.map(|minutes| within("--minutes", minutes, 0.01..=1e4, "")).transpose()?;

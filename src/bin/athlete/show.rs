@@ -4,6 +4,7 @@ use crate::motion::load_motion;
 use crate::output::{Outcome, say, say_json};
 use crate::simulate::in_file;
 use crate::world_args::WorldArgs;
+use bevy_athlete::asset::Character;
 use bevy_athlete::cli::{WorldSpec, check_output, clip_frames, key_pose_frames, load_character, within};
 use bevy_athlete::model::KeyPoses;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardFrame, StoryboardOptions};
@@ -57,8 +58,8 @@ impl Show {
         check_output("--storyboard", &self.storyboard)?;
         let keys = self.file.to_string_lossy().ends_with(".keyposes.ron").then(|| KeyPoses::load(&self.file));
         let keys = keys.transpose().map_err(|error| in_file(&self.file, &error))?;
-        let own = keys.as_ref().map(|keys| keys.character.as_str());
-        let model = load_character(self.character.as_deref().or(own).unwrap_or("skater"))?;
+        let own = keys.as_ref().map(|keys| Character::beside(&self.file, &keys.character));
+        let model = load_character(self.character.as_deref().or(own.as_deref()).unwrap_or("skater"))?;
         // The whole motion is checked, also where only its key poses are drawn.
         let clip = load_motion(&self.file, self.map.as_deref(), &model)?;
         let frames = match &keys {
