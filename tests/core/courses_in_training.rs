@@ -6,8 +6,8 @@ use bevy_athlete::asset::Course;
 use bevy_athlete::asset::clip::{MotionClip, Pose};
 use bevy_athlete::control::terms::ObservationTerm;
 use bevy_athlete::math::{F32x8, Real};
-use bevy_athlete::model::{PRESET_NAMES, SharedModel, preset};
-use bevy_athlete::skill::{SkillDefinition, SkillParameter};
+use bevy_athlete::model::{ContactPoint, ModelPose, PRESET_NAMES, SharedModel, preset};
+use bevy_athlete::skill::{SkillDefinition, SkillParameter, SkillWarp, WarpDirection};
 use bevy_athlete::train::ppo::{Environment, SkillTask, StartSampler, TrainOptions, Trainer};
 use std::sync::Arc;
 
@@ -63,6 +63,52 @@ fn every_lane_sees_its_own_box() {
         let (low, high) = heights.iter().fold((1.0_f32, 0.0_f32), |(a, b), h| (a.min(*h), b.max(*h)));
         assert!(low < 0.3 && high > 0.4, "{name}: drawn from {low} to {high}");
     }
+}
+
+/// The same box, under the place where the motion stands.
+const UNDER: &str = r#"(
+    name: "block",
+    parameters: [(name: "height", range: (0.1, 0.6))],
+    ground: (friction: 0.8),
+    solids: [Box(ahead: -1, depth: 2, width: 2, height: "height")],
+)"#;
+
+#[test]
+fn a_disturbed_start_stands_on_the_step_of_its_own_lane() {
+    let model = preset("runner").unwrap();
+    let mut clip = standing(&model);
+    clip.poses.iter_mut().for_each(|pose| pose.root_position.y += 0.35);
+    let mut skill = skill("runner");
+    let warp = SkillWarp {
+        parameter: "height".into(),
+        neutral: 0.35,
+        direction: WarpDirection::Up,
+        profile: vec![(0.0, 1.0)],
+    };
+    (skill.warps, skill.episode.joint_noise) = (vec![warp], 0.1);
+    let task = SkillTask::new(&skill, model.clone(), &clip).unwrap();
+    let task = Arc::new(task.on_course(Course::parse("block.course.ron", UNDER.as_bytes()).unwrap()).unwrap());
+    let starts = StartSampler::uniform(task.motion.last(), false);
+    let mut env = Environment::<F32x8>::new(task.clone(), 11, 1, &starts);
+    let size = task.layout.size();
+    let mut rows = vec![0.0_f32; F32x8::LANES * size];
+    let (mut places, mut apart) = (Vec::new(), 0.0_f64);
+    env.observe(&mut rows);
+    for (lane, row) in rows.chunks_exact(size).enumerate() {
+        let height = 0.35 + 0.15 * f64::from(row[size - 4]);
+        let state = &env.sim.state;
+        let pose = ModelPose {
+            root_position: state.root_position.lane(lane),
+            root_rotation: state.root_rotation.lane(lane),
+            joints: state.joints.iter().map(|joint| joint.rotation.lane(lane)).collect(),
+        };
+        pose.link_transforms(&model, &mut places);
+        let bottom = |p: &ContactPoint| (places[p.link].position + places[p.link].rotation * p.position).y - p.radius;
+        let lowest = model.contact_points.iter().map(bottom).fold(f64::INFINITY, f64::min);
+        assert!((lowest - height).abs() < 1e-3, "lane {lane}: the lowest point is at {lowest} on a box of {height}");
+        apart = apart.max((height - 0.35).abs());
+    }
+    assert!(apart > 0.05, "boxes as high as the motion's own prove nothing: {apart}");
 }
 
 #[test]

@@ -248,7 +248,7 @@ impl<R: Real> Environment<R> {
         disturbance.apply(&mut self.sim.state, lane, random);
         self.sim.state_changed();
         if episode.joint_noise > 0.0 && !follows {
-            self.stand(lane, tick);
+            self.stand(lane);
         }
 
         let ticks = (episode.seconds * rate).round() as usize;
@@ -286,7 +286,7 @@ impl<R: Real> Environment<R> {
     }
 
     /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.
-    fn stand(&mut self, lane: usize, tick: usize) {
+    fn stand(&mut self, lane: usize) {
         let task = self.task.clone();
         let state = &mut self.sim.state;
         let now = ModelPose {
@@ -294,7 +294,8 @@ impl<R: Real> Environment<R> {
             root_rotation: state.root_rotation.lane(lane),
             joints: state.joints.iter().map(|j| j.rotation.lane(lane)).collect(),
         };
-        let lift = task.lowest_point(&task.motion.tick(tick).pose) - task.lowest_point(&now);
+        // The reference as it is warped: on a step as high as this lane's.
+        let lift = task.lowest_point(&self.tracker.reference_pose(lane)) - task.lowest_point(&now);
         let place = now.root_position + DVec3::Y * lift;
         state.root_position.set_lane(lane, place);
         self.sim.state_changed();
