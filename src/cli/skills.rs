@@ -103,7 +103,12 @@ pub fn load_trained_skill(name: &str, model: &SharedModel) -> Result<TrainedSkil
     let skill = SkillDefinition::load(&file)?;
     let clip = load_motion(&skill.motion, None, model)?;
     let policy = Policy::load(file.with_file_name("policy.onnx"))?;
-    Ok(TrainedSkill::new(skill, &clip, policy, model)?)
+    let course = skill.course.as_ref().map(Course::read).transpose().map_err(SkillInputError::Course)?;
+    let trained = TrainedSkill::new(skill, &clip, policy, model)?;
+    match course {
+        Some(course) => Ok(trained.on_course(&course, model)?),
+        None => Ok(trained),
+    }
 }
 
 /// Makes a skill ready for trials. `map` is the joint map of a `.bvh` motion.

@@ -1,8 +1,8 @@
 //! Why a file was not loaded or an athlete not simulated.
 
-use crate::asset::AssetError;
 use crate::asset::bone_map::BoneMapError;
 use crate::asset::clip::ClipError;
+use crate::asset::{AssetError, CourseError};
 use crate::control::{ControlError, PolicyError};
 use crate::model::KeyPoseError;
 use crate::skill::{GraphError, ProgramError, SkillError, TrainedSkillError};
@@ -61,6 +61,9 @@ pub enum LoadError {
     /// The policy of a skill cannot be used; the message names the file.
     #[error(transparent)]
     Policy(Box<PolicyError>),
+    /// The course of a skill cannot be used; the message names the file.
+    #[error(transparent)]
+    Course(Box<CourseError>),
     /// The program cannot be used; the message names the file.
     #[error(transparent)]
     Program(Box<ProgramError>),

@@ -1,5 +1,6 @@
 //! Trained skills and programs as assets.
 
+use crate::asset::Course;
 use crate::asset::clip::MotionClip;
 use crate::control::Policy;
 use crate::engine::{LoadError, SkillMisfit};
@@ -11,7 +12,8 @@ use bevy::prelude::*;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A skill that was learnt: its description (`*.skill.ron`), and from the same folder its motion and `policy.onnx`.
+/// A skill that was learnt: its description (`*.skill.ron`), from the same folder `policy.onnx`, and the motion and the course that it
+/// names.
 ///
 /// It is made for a body when it is given to one ([`SkillAsset::bind`]): whether it fits is a matter of the body's joints, not of its
 /// name. Bodies that are alike share what was made.
@@ -25,14 +27,16 @@ pub struct SkillAsset {
 }
 
 /// A skill as its files have it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct SkillFiles {
     definition: SkillDefinition,
     motion: SkillMotion,
     policy: Policy,
+    /// The obstacles that it was learnt on.
+    course: Option<Course>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum SkillMotion {
     Clip(MotionClip),
     KeyPoses(KeyPoses),
@@ -41,12 +45,20 @@ enum SkillMotion {
 impl SkillAsset {
     /// From its parts. `motion` is a clip; see [`SkillAsset::from_key_poses`] for one that is written down in poses.
     pub fn new(definition: SkillDefinition, motion: MotionClip, policy: Policy) -> Self {
-        Self::of_files(SkillFiles { definition, motion: SkillMotion::Clip(motion), policy })
+        Self::of_files(SkillFiles { definition, motion: SkillMotion::Clip(motion), policy, course: None })
     }
 
     /// From its parts, with a motion that is written down in poses.
     pub fn from_key_poses(definition: SkillDefinition, motion: KeyPoses, policy: Policy) -> Self {
-        Self::of_files(SkillFiles { definition, motion: SkillMotion::KeyPoses(motion), policy })
+        Self::of_files(SkillFiles { definition, motion: SkillMotion::KeyPoses(motion), policy, course: None })
+    }
+
+    /// The same, learnt on these obstacles: its motion knows where it stands on them. One that was made elsewhere stays as it is.
+    pub fn on_course(self, course: Course) -> Self {
+        match self.files {
+            Some(files) => Self::of_files(SkillFiles { course: Some(course), ..SkillFiles::clone(&files) }),
+            None => self,
+        }
     }
 
     /// One that was made for a body elsewhere, such as by a training that still runs. It fits bodies like that one alone.
@@ -88,6 +100,10 @@ impl SkillAsset {
             },
         };
         let made = TrainedSkill::new(files.definition.clone(), clip, files.policy.clone(), model);
+        let made = match &files.course {
+            Some(course) => made.and_then(|made| made.on_course(course, model)),
+            None => made,
+        };
         let made =
             Arc::new(made.map_err(|source| SkillMisfit::Parts { skill, character, source: Box::new(source) })?);
         bound.push((fingerprint, made.clone()));
@@ -159,8 +175,17 @@ impl AssetLoader for SkillLoader {
         let path = beside(context, Path::new("policy.onnx"));
         let name = path.to_string();
         let policy = Policy::from_bytes(&bytes_of(context, path).await?, &name)?;
+        let course = match &definition.course {
+            Some(file) => {
+                let path = beside(context, file);
+                let name = path.to_string();
+                let course = Course::parse(&name, &bytes_of(context, path).await?);
+                Some(course.map_err(|source| LoadError::Course(Box::new(source)))?)
+            }
+            None => None,
+        };
         let likely = preset(&definition.character);
-        let skill = SkillAsset::of_files(SkillFiles { definition, motion, policy });
+        let skill = SkillAsset::of_files(SkillFiles { definition, motion, policy, course });
         if let Some(model) = likely {
             // Made here, aside, for the body that most likely performs it. What does not fit is told when it is given to a body.
             let _ = skill.bind(&model);

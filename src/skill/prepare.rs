@@ -1,11 +1,15 @@
 //! From a skill's description and its clip to a motion that can be followed.
 
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::asset::{Course, CourseError};
+use crate::contact::{CourseTerrain, Terrain, World};
 use crate::control::terms::ObservationLayout;
 use crate::control::tracking::{STANDS, TICK_PARTS, TrackedMotion, TrackerOptions, Warp};
+use crate::math::Vec3;
 use crate::model::{CharacterModel, PointRole};
 use crate::skill::{SkillDefinition, TouchOptions, WarpDirection};
 use glam::DVec3;
+use std::sync::Arc;
 
 impl SkillDefinition {
     /// The motion, tick by tick: the skill's part of a clip, lifted clear of the ground, repeated or held at its end.
@@ -35,6 +39,29 @@ impl SkillDefinition {
         });
         let warps = warps.collect();
         Ok(motion.with_warps(warps))
+    }
+
+    /// Tells a prepared motion what it stands on: the course where every warp is neutral, in `world` where it has no ground of its own.
+    pub fn stand_on_course(
+        &self,
+        motion: &mut TrackedMotion,
+        course: &Course,
+        world: &World,
+        model: &CharacterModel,
+    ) -> Result<(), CourseError> {
+        let mut values = course.defaults();
+        for warp in self.warps.iter().filter(|w| course.parameter(&w.parameter).is_some()) {
+            course.set(&mut values, &warp.parameter, warp.neutral)?;
+        }
+        let world = if course.ground.is_some() { World::empty() } else { world.clone() };
+        let terrain = CourseTerrain::<f64>::new(Arc::new(world), &course.instance(&values, 0)?);
+        motion.stand_on(model, |p| terrain.height(Vec3::splat(p)).height);
+        Ok(())
+    }
+
+    /// The world that it names.
+    pub fn named_world(&self) -> World {
+        if self.world == "ground" { World::ground() } else { World::ice() }
     }
 
     /// How it is followed.

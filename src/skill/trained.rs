@@ -1,7 +1,7 @@
 //! A skill that was learnt, and the player that performs it.
 
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::asset::{StateError, StateReader, StateWriter};
+use crate::asset::{Course, CourseError, StateError, StateReader, StateWriter};
 use crate::contact::Terrain;
 use crate::control::tracking::{
     AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, Support, TICK_PARTS, TrackedMotion, Tracker,
@@ -28,6 +28,15 @@ pub enum TrainedSkillError {
     /// The policy.
     #[error(transparent)]
     Policy(#[from] PolicyError),
+    /// The course that it was learnt on.
+    #[error(transparent)]
+    Course(Box<CourseError>),
+}
+
+impl From<CourseError> for TrainedSkillError {
+    fn from(error: CourseError) -> Self {
+        Self::Course(Box::new(error))
+    }
 }
 
 /// What the name of a mirrored skill ends with.
@@ -61,6 +70,15 @@ impl TrainedSkill {
         let layout = definition.layout(model);
         let motion = Arc::new(definition.prepare_motion(clip, model)?);
         Ok(Self { definition, motion, layout: Arc::new(layout), policy, mirror: None })
+    }
+
+    /// The same skill with a motion that knows where it stands on the obstacles it was made for, as in its training. Without it, all
+    /// footholds of the motion count as level ground.
+    pub fn on_course(mut self, course: &Course, model: &CharacterModel) -> Result<Self, TrainedSkillError> {
+        let mut motion = TrackedMotion::clone(&self.motion);
+        self.definition.stand_on_course(&mut motion, course, &self.definition.named_world(), model)?;
+        self.motion = Arc::new(motion);
+        Ok(self)
     }
 
     /// The same skill to the other side, called `NAME_mirrored`: the motion's image, and a policy that sees the image of

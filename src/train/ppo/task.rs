@@ -2,9 +2,8 @@
 
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError};
-use crate::contact::{CourseTerrain, Surface, Terrain, World};
+use crate::contact::{Surface, World};
 use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions};
-use crate::math::Vec3;
 use crate::model::{CharacterModel, ContactPoint, Foot, FootKind, LinkTransform, ModelPose, SharedModel, Side};
 use crate::sim::SimulationSettings;
 use crate::skill::{
@@ -148,27 +147,19 @@ impl SkillTask {
     /// The same task over a course. The motion stands on it as it is where every warp is neutral.
     pub fn on_course(mut self, course: Course) -> Result<Self, TaskError> {
         let fault = |source| TaskError::Course { skill: self.skill.name.clone(), source: Box::new(source) };
+        let mut motion = TrackedMotion::clone(&self.motion);
+        self.skill.stand_on_course(&mut motion, &course, &self.world, &self.model).map_err(fault)?;
         if course.ground.is_some() {
             self.world = World::empty();
-        }
-        let mut values = course.defaults();
-        for warp in &self.skill.warps {
-            if course.parameter(&warp.parameter).is_some() {
-                course.set(&mut values, &warp.parameter, warp.neutral).map_err(fault)?;
-            }
         }
         // Every parameter that the skill draws is one that the course can have.
         for p in &self.skill.parameters {
             if course.parameter(&p.name).is_some() {
                 for value in [p.range.0, p.range.1] {
-                    course.set(&mut values.clone(), &p.name, value).map_err(fault)?;
+                    course.set(&mut course.defaults(), &p.name, value).map_err(fault)?;
                 }
             }
         }
-        let instance = course.instance(&values, 0).map_err(fault)?;
-        let terrain = CourseTerrain::<f64>::new(Arc::new(self.world.clone()), &instance);
-        let mut motion = TrackedMotion::clone(&self.motion);
-        motion.stand_on(&self.model, |p| terrain.height(Vec3::splat(p)).height);
         self.forbidden = self.skill.touch.forbidden_points(&self.model, &motion);
         self.pelvis = self.skill.trial.pelvis_limit(&motion);
         self.free_feet = free_feet(&motion, &self.model);
