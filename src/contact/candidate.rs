@@ -23,8 +23,8 @@ pub struct ContactCandidate<R: Real> {
     pub directions: [Vec3<R>; 3],
     /// Moment arms of the rows: `arm x direction`.
     pub moments: [Vec3<R>; 3],
-    /// Velocity along each row that the solver aims at, m/s.
-    pub aims: [R; 3],
+    /// Velocity along each row that the solver bias_velocities at, m/s.
+    pub bias_velocities: [R; 3],
     /// Motion of the link from a unit impulse along each row.
     pub responses: [Motion<R>; 3],
     /// Inverse effective masses `J_r . response_s`: 00, 11, 22, 01, 02, 12.
@@ -57,7 +57,7 @@ impl<R: Real> ContactCandidate<R> {
             place: Vec3::zero(),
             directions: [Vec3::zero(); 3],
             moments: [Vec3::zero(); 3],
-            aims: [R::zero(); 3],
+            bias_velocities: [R::zero(); 3],
             responses: [Motion::zero(); 3],
             coupling: [R::zero(); 6],
             effective_mass: [R::zero(); 3],
@@ -73,9 +73,9 @@ impl<R: Real> ContactCandidate<R> {
     #[inline(always)]
     pub(crate) fn push_surface(&mut self, give: &[R; 6], d: &[R; 3]) {
         let [nn, tt, ss, nt, ns, ts] = *give;
-        self.aims[0] -= nn * d[0] + nt * d[1] + ns * d[2];
-        self.aims[1] -= nt * d[0] + tt * d[1] + ts * d[2];
-        self.aims[2] -= ns * d[0] + ts * d[1] + ss * d[2];
+        self.bias_velocities[0] -= nn * d[0] + nt * d[1] + ns * d[2];
+        self.bias_velocities[1] -= nt * d[0] + tt * d[1] + ts * d[2];
+        self.bias_velocities[2] -= ns * d[0] + ts * d[1] + ss * d[2];
     }
 
     /// Impulses along the rows of a grip that pulls, brought back to what it can hold by.

@@ -45,8 +45,8 @@ pub fn detect_contacts<R: Real>(
         storage: candidates,
         count,
         unanswered,
-        yields,
-        gives,
+        compliant,
+        inverse_masses,
         groups,
         ..
     } = scratch;
@@ -156,12 +156,12 @@ pub fn detect_contacts<R: Real>(
             }
         }
     }
-    if terrain.yields() && !candidates.is_empty() {
-        *yields = true;
+    if terrain.is_compliant() && !candidates.is_empty() {
+        *compliant = true;
         for c in candidates.iter_mut().filter(|c| !c.is_grip) {
             c.directions[0] = probes[c.source].hit.normal;
         }
-        terrain.give(root_position, candidates, &mut gives[..candidates.len()]);
+        terrain.surface_inverse_mass(root_position, candidates, &mut inverse_masses[..candidates.len()]);
     }
     !candidates.is_empty()
 }

@@ -29,7 +29,7 @@ const CLUSTER_LINKS: usize = 8;
 
 /// The mobility of one link: the symmetric 6 x 6 block on the diagonal, `[aa al; al^T ll]`.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct OwnMobility<R> {
+pub struct OperationalInverseInertia<R> {
     /// Angular acceleration from moment, 1/(kg m^2).
     pub aa: Sym3<R>,
     /// Angular acceleration from force, 1/(kg m); transposed, linear from moment.
@@ -38,7 +38,7 @@ pub struct OwnMobility<R> {
     pub ll: Sym3<R>,
 }
 
-impl<R: Real> OwnMobility<R> {
+impl<R: Real> OperationalInverseInertia<R> {
     /// The motion that the wrench `f` brings.
     #[inline(always)]
     pub fn mul_force(&self, f: &Force<R>) -> Motion<R> {
@@ -91,7 +91,7 @@ pub struct ContactMobility<R> {
     reached: Vec<bool>,
     /// The last child in the support, a slot, or 0.
     last_child: Vec<usize>,
-    own: Vec<OwnMobility<R>>,
+    own: Vec<OperationalInverseInertia<R>>,
     /// Y^T: the motion of the link that a motion of its hub brings.
     carry: Vec<Mobility<R>>,
     /// Block of (slot, smaller slot), or [`NONE`].
@@ -165,7 +165,7 @@ impl<R: Real> ContactMobility<R> {
             touching: vec![false; n],
             reached: vec![false; n],
             last_child: vec![0; n],
-            own: vec![OwnMobility::default(); n],
+            own: vec![OperationalInverseInertia::default(); n],
             carry: vec![Mobility::default(); n],
             index: vec![NONE; n * n],
             plan: Vec::with_capacity(n * (n + 1) / 2),
@@ -195,7 +195,8 @@ impl<R: Real> ContactMobility<R> {
             self.find_support(constants, groups);
             self.plan_blocks(constants);
         }
-        self.own[0] = OwnMobility { aa: Sym3::from_upper(&root.aa), al: root.al, ll: Sym3::from_upper(&root.ll) };
+        self.own[0] =
+            OperationalInverseInertia { aa: Sym3::from_upper(&root.aa), al: root.al, ll: Sym3::from_upper(&root.ll) };
         for a in 1..self.support.len() {
             let i = self.support[a];
             let parent = constants[i].parent;
@@ -300,7 +301,7 @@ impl<R: Real> ContactMobility<R> {
 
     /// The mobility of a link in contact.
     #[inline(always)]
-    pub fn own(&self, link: usize) -> &OwnMobility<R> {
+    pub fn own(&self, link: usize) -> &OperationalInverseInertia<R> {
         &self.own[self.slot[link] as usize]
     }
 

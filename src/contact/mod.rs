@@ -23,7 +23,7 @@ pub use detect::detect_contacts;
 pub use geometry::{Column, Geometry, GeometryHit, HeightField, HeightFieldError};
 pub use grips::GripInputs;
 pub use material::{Material, Surface};
-pub use mobility::{ContactMobility, OwnMobility};
+pub use mobility::{ContactMobility, OperationalInverseInertia};
 pub use rows::{ContactSettings, RowInputs, build_rows};
 pub use scratch::ContactScratch;
 pub use self_collision::{CollisionCapsule, SelfCollision, SelfCollisionSettings, deepest_overlap};

@@ -1,6 +1,6 @@
-//! The rows of the contact problem: directions, responses, aims.
+//! The rows of the contact problem: directions, responses, bias_velocities.
 
-use crate::contact::{ContactScratch, OwnMobility, SurfaceHit};
+use crate::contact::{ContactScratch, OperationalInverseInertia, SurfaceHit};
 use crate::math::{Mat3, Motion, Real, Vec3};
 use crate::model::CharacterModel;
 use glam::DVec3;
@@ -11,9 +11,9 @@ pub struct ContactSettings {
     /// Distance at which a point starts to take part and a blade end counts as on the ice, m. The blade rule of the
     /// plan: 5 mm.
     pub margin: f64,
-    /// Most sweeps of the Gauss-Seidel solver.
-    pub sweeps: usize,
-    /// A sweep that changes no impulse by more than this part of the sum of the normal impulses is the last.
+    /// Most iterations of the Gauss-Seidel solver.
+    pub iterations: usize,
+    /// A iteration that changes no impulse by more than this part of the sum of the normal impulses is the last.
     pub tolerance: f64,
     /// Part of the penetration (beyond `slop`) removed in one step.
     pub correction: f64,
@@ -33,7 +33,7 @@ impl Default for ContactSettings {
     fn default() -> Self {
         Self {
             margin: 0.005,
-            sweeps: 5,
+            iterations: 5,
             tolerance: 1e-3,
             correction: 0.1,
             slop: 0.0002,
@@ -47,7 +47,7 @@ impl Default for ContactSettings {
 
 /// Response of the link's motion to a force at `arm`: two 3 x 3 blocks (angular, linear).
 #[inline(always)]
-fn force_response<R: Real>(own: &OwnMobility<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
+fn force_response<R: Real>(own: &OperationalInverseInertia<R>, arm: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
     let (aa, ll) = (own.aa.to_mat3(), own.ll.to_mat3());
     (own.al.add_mul_skew(&aa, arm), ll.add_mul_skew(&own.al.transpose(), arm))
 }
@@ -65,7 +65,7 @@ fn tangents<R: Real>(n: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
 
 /// What the rows of a point aim at, `gap` (m) from a surface: to move along with it and not to pass through.
 #[inline(always)]
-fn surface_aims<R: Real>(
+fn surface_bias_velocities<R: Real>(
     hit: &SurfaceHit<R>,
     gap: R,
     [n, t, s]: [Vec3<R>; 3],
@@ -112,8 +112,8 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
         grip_probes,
         blades,
         storage: candidates,
-        yields,
-        gives,
+        compliant,
+        inverse_masses,
         give_rows,
         groups,
         mobility,
@@ -132,7 +132,7 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 let closer = probe.to_anchor * (inverse_h * R::splat(settings.grip_correction));
                 let speed = closer.length().max(R::splat(1e-12));
                 let follow = closer * (R::splat(settings.correction_speed) / speed).min(one) + probe.velocity;
-                c.aims = [follow.x, follow.y, follow.z];
+                c.bias_velocities = [follow.x, follow.y, follow.z];
                 c.friction = zero;
                 let pushes = c.active & !c.pulls;
                 if R::any(pushes) {
@@ -140,10 +140,10 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                     let n = probe.hit.normal;
                     let (t, s) = tangents(n);
                     let gap = probe.hit.distance;
-                    let aims = surface_aims(&probe.hit, gap, [n, t, s], settings, inverse_h);
+                    let bias_velocities = surface_bias_velocities(&probe.hit, gap, [n, t, s], settings, inverse_h);
                     for r in 0..3 {
                         c.directions[r] = Vec3::select(pushes, [n, t, s][r], c.directions[r]);
-                        c.aims[r] = R::select(pushes, aims[r], c.aims[r]);
+                        c.bias_velocities[r] = R::select(pushes, bias_velocities[r], c.bias_velocities[r]);
                     }
                     let friction = probe.hit.friction * R::splat(settings.friction_scale) * friction_scale;
                     c.friction = friction.masked(pushes);
@@ -179,8 +179,8 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 }
                 c.directions = [n, t, s];
                 c.friction = probe.hit.friction * R::splat(point.friction * settings.friction_scale) * friction_scale;
-                c.aims = surface_aims(&probe.hit, probe.gap, c.directions, settings, inverse_h);
-                c.aims[2] += glide;
+                c.bias_velocities = surface_bias_velocities(&probe.hit, probe.gap, c.directions, settings, inverse_h);
+                c.bias_velocities[2] += glide;
                 warm = warm_points[c.source];
             }
             let (angular, linear) = force_response(own, c.arm);
@@ -193,13 +193,13 @@ pub fn build_rows<R: Real>(inputs: &RowInputs<R>, scratch: &mut ContactScratch<R
                 c.moments[r].dot(c.responses[s].angular) + c.directions[r].dot(c.responses[s].linear)
             };
             c.coupling = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
-            let gives_way = *yields && !c.is_grip;
+            let gives_way = *compliant && !c.is_grip;
             if gives_way {
-                let moved = c.directions.map(|d| gives[at].mul_vec(d));
+                let moved = c.directions.map(|d| inverse_masses[at].mul_vec(d));
                 let entry = |r: usize, s: usize| c.directions[r].dot(moved[s]);
                 give_rows[at] = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
                 c.coupling.iter_mut().zip(&give_rows[at]).for_each(|(own, surface)| *own += *surface);
-            } else if *yields {
+            } else if *compliant {
                 give_rows[at] = [zero; 6];
             }
             for r in 0..3 {

@@ -33,9 +33,9 @@ pub struct ContactScratch<R: Real> {
     /// Lanes that got an answer from the terrain which is no number, since this was last cleared.
     pub(crate) unanswered: R::Mask,
     /// True where a surface may give way in this step; the two lists below are of use only then.
-    pub(crate) yields: bool,
+    pub(crate) compliant: bool,
     /// By candidate: velocity of the surface per impulse on it, world axes, 1/kg.
-    pub(crate) gives: Vec<Sym3<R>>,
+    pub(crate) inverse_masses: Vec<Sym3<R>>,
     /// The same along the rows of the candidate: 00, 11, 22, 01, 02, 12.
     pub(crate) give_rows: Vec<[R; 6]>,
     /// Links that take part.
@@ -79,8 +79,8 @@ impl<R: Real> ContactScratch<R> {
             storage: vec![ContactCandidate::blank(); capacity],
             count: 0,
             unanswered: zero.lt(zero),
-            yields: false,
-            gives: vec![Sym3::zero(); capacity],
+            compliant: false,
+            inverse_masses: vec![Sym3::zero(); capacity],
             give_rows: vec![[R::zero(); 6]; capacity],
             groups: Vec::with_capacity(capacity),
             clusters: Vec::with_capacity(capacity),
@@ -96,7 +96,7 @@ impl<R: Real> ContactScratch<R> {
     /// Removes all candidates.
     pub fn clear(&mut self) {
         self.count = 0;
-        self.yields = false;
+        self.compliant = false;
         self.groups.clear();
         self.blades.iter_mut().for_each(|b| *b = None);
     }

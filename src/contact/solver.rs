@@ -12,7 +12,7 @@ use crate::math::{Force, Motion, Real};
 #[inline(always)]
 fn residuals<R: Real>(c: &ContactCandidate<R>, v: &Motion<R>) -> [R; 3] {
     // Two short sums side by side: the points of a link wait for each other here.
-    let along = |r: usize| v.angular.dot(c.moments[r]) + v.linear.dot_add(c.directions[r], -c.aims[r]);
+    let along = |r: usize| v.angular.dot(c.moments[r]) + v.linear.dot_add(c.directions[r], -c.bias_velocities[r]);
     [along(0), along(1), along(2)]
 }
 
@@ -96,7 +96,7 @@ fn project_point<R: Real>(c: &ContactCandidate<R>, residuals: [R; 3], partner_no
     [n, R::select(c.blade, t_line, t_disc), R::select(c.blade, s_edge, s_disc)]
 }
 
-/// What a sweep changed, by lane: it tells when to stop.
+/// What a iteration changed, by lane: it tells when to stop.
 #[derive(Clone, Copy, Debug)]
 struct SweepChange<R> {
     /// Largest change of an impulse, N s.
@@ -131,17 +131,17 @@ fn has_work<R: Real>(c: &ContactCandidate<R>, v: &Motion<R>, running: R::Mask) -
     if c.is_grip {
         return true;
     }
-    let un = v.angular.dot(c.moments[0]) + v.linear.dot_add(c.directions[0], -c.aims[0]);
+    let un = v.angular.dot(c.moments[0]) + v.linear.dot_add(c.directions[0], -c.bias_velocities[0]);
     let pressed = R::zero().lt(c.impulses[0].max(un.neg_mul_add(c.effective_mass[0], c.impulses[0])));
     R::any((pressed | c.blade) & c.active & running)
 }
 
 /// One pass over the points of a link in the lanes of `running`; returns the impulse wrench that it adds.
 #[inline(always)]
-fn sweep_link<R: Real, const YIELDS: bool>(
+fn sweep_link<R: Real, const COMPLIANT: bool>(
     group: &mut ContactGroup<R>,
     candidates: &mut [ContactCandidate<R>],
-    gives: &[[R; 6]],
+    inverse_masses: &[[R; 6]],
     running: R::Mask,
     change: &mut SweepChange<R>,
 ) -> Force<R> {
@@ -160,8 +160,8 @@ fn sweep_link<R: Real, const YIELDS: bool>(
         let d = [kept[0] - c.impulses[0], kept[1] - c.impulses[1], kept[2] - c.impulses[2]];
         c.impulses = kept;
         change.add(&d, kept[0]);
-        if YIELDS {
-            c.push_surface(&gives[at], &d);
+        if COMPLIANT {
+            c.push_surface(&inverse_masses[at], &d);
         }
         add_response(c, &d, &mut v);
         add_wrench(c, &d, &mut w);
@@ -211,20 +211,20 @@ fn tell_others<R: Real>(
 /// Solves for the impulses of all candidates. The groups' velocities must be those without contact; afterwards their
 /// wrenches hold the impulse wrench on each link.
 ///
-/// A lane rests once a sweep has changed none of its impulses by more than `tolerance` of its load: the next step starts
+/// A lane rests once a iteration has changed none of its impulses by more than `tolerance` of its load: the next step starts
 /// from there.
 #[inline]
-pub fn solve_contacts<R: Real>(sweeps: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
-    if scratch.yields {
-        solve::<R, true>(sweeps, tolerance, scratch)
+pub fn solve_contacts<R: Real>(iterations: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
+    if scratch.compliant {
+        solve::<R, true>(iterations, tolerance, scratch)
     } else {
-        solve::<R, false>(sweeps, tolerance, scratch)
+        solve::<R, false>(iterations, tolerance, scratch)
     }
 }
 
-/// `solve_contacts`; `YIELDS` where a surface may give way.
+/// `solve_contacts`; `COMPLIANT` where a surface may give way.
 #[inline]
-fn solve<R: Real, const YIELDS: bool>(sweeps: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
+fn solve<R: Real, const COMPLIANT: bool>(iterations: usize, tolerance: f64, scratch: &mut ContactScratch<R>) {
     let ContactScratch { storage: candidates, give_rows, groups, clusters, mobility, .. } = scratch;
     clusters.clear();
     for (a, group) in groups.iter().enumerate() {
@@ -253,10 +253,10 @@ fn solve<R: Real, const YIELDS: bool>(sweeps: usize, tolerance: f64, scratch: &m
 
     let tolerance = R::splat(tolerance);
     let mut running = R::zero().lt(R::one());
-    for sweep in 0..sweeps {
+    for iteration in 0..iterations {
         let mut change = SweepChange::none();
-        // In the last sweep only those that still have their turn need to hear.
-        let last = sweep + 1 == sweeps;
+        // In the last iteration only those that still have their turn need to hear.
+        let last = iteration + 1 == iterations;
         for at in 0..clusters.len() {
             let cluster = clusters[at];
             clusters[at].pending = Motion::zero();
@@ -265,7 +265,7 @@ fn solve<R: Real, const YIELDS: bool>(sweeps: usize, tolerance: f64, scratch: &m
             }
             let mut to_hub = Force::zero();
             for a in cluster.start..cluster.end {
-                let w = sweep_link::<R, YIELDS>(&mut groups[a], candidates, give_rows, running, &mut change);
+                let w = sweep_link::<R, COMPLIANT>(&mut groups[a], candidates, give_rows, running, &mut change);
                 let first = if last { a + 1 } else { cluster.start };
                 to_hub += tell_cluster(mobility, groups, &cluster, a, first, &w);
             }

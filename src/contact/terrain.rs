@@ -153,9 +153,9 @@ pub trait Terrain<R: Real> {
         None
     }
 
-    /// True if something in it may give way; then `give` is asked in every step with contact.
+    /// True if something in it may give way; then `surface_inverse_mass` is asked in every step with contact.
     #[inline]
-    fn yields(&self) -> bool {
+    fn is_compliant(&self) -> bool {
         false
     }
 
@@ -163,7 +163,7 @@ pub trait Terrain<R: Real> {
     /// zero where it does not move. `root` is what the candidates' places are relative to (world frame, m). Of a candidate
     /// only the source, the place and the normal (`directions[0]`) are known yet; grips are among them, and theirs is not used.
     #[inline]
-    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
+    fn surface_inverse_mass(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
         let _ = (root, candidates);
         out.fill(Sym3::zero());
     }
@@ -190,12 +190,12 @@ impl<R: Real, T: Terrain<R>> Terrain<R> for &T {
         T::anchor(self, lane, solid, place)
     }
     #[inline]
-    fn yields(&self) -> bool {
-        T::yields(self)
+    fn is_compliant(&self) -> bool {
+        T::is_compliant(self)
     }
     #[inline]
-    fn give(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
-        T::give(self, root, candidates, out);
+    fn surface_inverse_mass(&self, root: Vec3<R>, candidates: &[ContactCandidate<R>], out: &mut [Sym3<R>]) {
+        T::surface_inverse_mass(self, root, candidates, out);
     }
 }
 

@@ -217,7 +217,7 @@ fn write_settings(settings: &SimulationSettings, out: &mut StateWriter) {
     out.vector(gravity);
     let ContactSettings {
         margin,
-        sweeps,
+        iterations,
         tolerance,
         correction,
         slop,
@@ -226,7 +226,7 @@ fn write_settings(settings: &SimulationSettings, out: &mut StateWriter) {
         grip_slip,
         friction_scale,
     } = contact;
-    out.count(sweeps);
+    out.count(iterations);
     for number in [margin, tolerance, correction, slop, correction_speed, grip_correction, grip_slip, friction_scale] {
         out.number(number);
     }
@@ -247,10 +247,10 @@ fn read_settings(from: &mut StateReader) -> Result<SimulationSettings, StateErro
         return Err(StateError::value("rate", rate, "1 to 1000000 steps per second"));
     }
     let gravity: DVec3 = from.vector("gravity")?;
-    let sweeps = from.below("sweeps of the solver", 10_000)?;
+    let iterations = from.below("iterations of the solver", 10_000)?;
     let number = |from: &mut StateReader| from.number("contact settings");
     let contact = ContactSettings {
-        sweeps,
+        iterations,
         margin: number(from)?,
         tolerance: number(from)?,
         correction: number(from)?,

@@ -383,7 +383,7 @@ impl<R: Real> Simulator<R> {
             h: 1.0 / self.settings.rate,
         };
         build_rows(&inputs, &mut self.contact);
-        solve_contacts(self.settings.contact.sweeps, self.settings.contact.tolerance, &mut self.contact);
+        solve_contacts(self.settings.contact.iterations, self.settings.contact.tolerance, &mut self.contact);
         self.apply_contact_impulses();
     }
 

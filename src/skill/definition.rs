@@ -80,8 +80,8 @@ pub struct SkillDefinition {
     #[serde(default)]
     pub gains: Option<(f64, f64)>,
     /// How far the reference may be from the character before it is dragged along, m; `None` leaves it in its place.
-    #[serde(default)]
-    pub leash: Option<f64>,
+    #[serde(default, alias = "leash")]
+    pub max_reference_drift: Option<f64>,
     /// Trials.
     #[serde(default)]
     pub episode: EpisodeOptions,
@@ -289,7 +289,7 @@ pub struct TerminationLimits {
     /// A blade that the motion has on the ice for good may not be without contact at two decisions in a row, from
     /// [`SETTLE`](super::SETTLE) on.
     pub standing_foot: bool,
-    /// Angle by which a character on a leash may have dragged its reference round since the trial began, rad; `None` is no
+    /// Angle by which a character that drags its reference along may have turned its reference round since the trial began, rad; `None` is no
     /// limit. Without one, a character that never turns is followed by a reference that never does either.
     pub turn: Option<f64>,
 }
@@ -375,7 +375,7 @@ impl SkillDefinition {
             training_rate: None,
             action_scale: action_scale(),
             gains: None,
-            leash: None,
+            max_reference_drift: None,
             episode: EpisodeOptions::default(),
             reward: RewardScales::default(),
             limits: TerminationLimits::default(),
@@ -400,10 +400,10 @@ impl SkillDefinition {
         skill
     }
 
-    /// Makes the motion of [`SkillDefinition::imitate_alone`] one that repeats, followed on a leash; `straight` keeps its heading from
+    /// Makes the motion of [`SkillDefinition::imitate_alone`] one that repeats, and whose reference is dragged along; `straight` keeps its heading from
     /// cycle to cycle.
     pub fn repeat(&mut self, straight: bool) {
-        (self.cyclic, self.straight, self.leash) = (true, straight, Some(0.3));
+        (self.cyclic, self.straight, self.max_reference_drift) = (true, straight, Some(0.3));
         (self.episode.seconds, self.trial.seconds) = (10.0, 20.0);
     }
 

@@ -47,7 +47,7 @@ pub enum GraphError {
         wanted: usize,
     },
     /// The simulation's steps are not those of a skill's decisions.
-    #[error("{rate} steps per second do not fit the {decisions} decisions per second of {skill}; valid: a multiple of {}", decisions * crate::control::tracking::TICK_PARTS as f64)]
+    #[error("{rate} steps per second do not fit the {decisions} decisions per second of {skill}; valid: a multiple of {}", decisions * crate::control::tracking::TARGET_SUBSTEPS as f64)]
     Rate {
         /// The skill.
         skill: String,

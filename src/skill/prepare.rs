@@ -4,7 +4,7 @@ use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError};
 use crate::contact::{CourseTerrain, Terrain, World};
 use crate::control::terms::ObservationLayout;
-use crate::control::tracking::{STANDS, TICK_PARTS, TrackedMotion, TrackerOptions, Warp};
+use crate::control::tracking::{STANDS, TARGET_SUBSTEPS, TrackedMotion, TrackerOptions, Warp};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, PointRole};
 use crate::skill::{SkillDefinition, TouchOptions, WarpDirection};
@@ -68,7 +68,7 @@ impl SkillDefinition {
     pub fn tracker_options(&self) -> TrackerOptions {
         TrackerOptions {
             action_scale: self.action_scale,
-            leash: self.leash,
+            max_reference_drift: self.max_reference_drift,
             gains: self.gains,
             acceleration: self.acceleration,
             ..TrackerOptions::default()
@@ -81,7 +81,7 @@ impl SkillDefinition {
     }
 
     /// Steps per second at which a character performs it: the rate nearest to its own that is a multiple of the decisions and of the
-    /// [`TICK_PARTS`] in which targets move.
+    /// [`TARGET_SUBSTEPS`] in which targets move.
     pub fn simulation_rate(&self, model: &CharacterModel) -> f64 {
         fitting_rate(model.step_rate, self.control_rate)
     }
@@ -89,7 +89,7 @@ impl SkillDefinition {
 
 /// The rate nearest to `rate` (steps per second) that has a whole number of steps in each part of a decision.
 pub fn fitting_rate(rate: f64, control_rate: f64) -> f64 {
-    let unit = control_rate * TICK_PARTS as f64;
+    let unit = control_rate * TARGET_SUBSTEPS as f64;
     (rate / unit).round().max(1.0) * unit
 }
 

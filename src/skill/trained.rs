@@ -4,7 +4,7 @@ use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError, StateError, StateReader, StateWriter};
 use crate::contact::Terrain;
 use crate::control::tracking::{
-    AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, Support, TICK_PARTS, TrackedMotion, Tracker,
+    AllLanes, Heading, ObservationLayout, PolicyMirror, SeenBody, Support, TARGET_SUBSTEPS, TrackedMotion, Tracker,
     mirror_links,
 };
 use crate::control::{Policy, PolicyError};
@@ -136,7 +136,7 @@ pub(crate) struct Rhythm {
 
 impl SkillPlayer {
     /// A player at the start of the skill. `rate` is that of the simulation, steps per second; `None` if it is no multiple
-    /// of [`TICK_PARTS`] times the decisions per second.
+    /// of [`TARGET_SUBSTEPS`] times the decisions per second.
     pub fn new(skill: Arc<TrainedSkill>, rate: f64) -> Option<Self> {
         let steps_per_part = steps_per_part(&skill, rate)?;
         let tracker = Tracker::new(skill.motion.clone(), skill.definition.tracker_options(), skill.layout.clone());
@@ -213,7 +213,7 @@ impl SkillPlayer {
     pub fn read_state(&mut self, from: &mut StateReader) -> Result<(), StateError> {
         self.tracker.read_state(0, from)?;
         self.steps_per_part = from.below("steps in a part of a decision", 100_000)?.max(1);
-        self.step = from.below("step since the decision", TICK_PARTS * self.steps_per_part)?;
+        self.step = from.below("step since the decision", TARGET_SUBSTEPS * self.steps_per_part)?;
         self.steering = from.number("steering")?;
         self.bad_action = from.switch("whether the action was bad")?;
         self.arrives = from.switch("whether the ground is unknown")?;
@@ -230,7 +230,7 @@ impl SkillPlayer {
     }
     /// Where the reference is, world frame; between two decisions on its way from one to the next.
     pub fn reference_pose(&self) -> ModelPose {
-        let steps = (TICK_PARTS * self.steps_per_part) as f64;
+        let steps = (TARGET_SUBSTEPS * self.steps_per_part) as f64;
         self.tracker.reference_pose_at(0, self.step as f64 / steps)
     }
     /// Commands a mean speed, m/s.
@@ -332,14 +332,14 @@ impl SkillPlayer {
 
     /// Moves the servo targets to where they are in the coming step, which is counted; false if they stay.
     pub(crate) fn move_targets(&mut self, sim: &mut Simulator<f64>) -> bool {
-        let part = (self.step / self.steps_per_part) as f64 / TICK_PARTS as f64;
+        let part = (self.step / self.steps_per_part) as f64 / TARGET_SUBSTEPS as f64;
         // Once the ramp is over, they are there.
         let moves = self.commands_now() && part < self.tracker.options().ramp;
         if moves {
-            self.tracker.command(sim, part + 1.0 / TICK_PARTS as f64);
+            self.tracker.command(sim, part + 1.0 / TARGET_SUBSTEPS as f64);
         }
         self.step += 1;
-        if self.step == TICK_PARTS * self.steps_per_part {
+        if self.step == TARGET_SUBSTEPS * self.steps_per_part {
             self.step = 0;
         }
         moves
@@ -400,6 +400,6 @@ impl SkillPlayer {
 
 /// Steps in a part of a tick at `rate` steps per second; `None` if they are no whole number.
 fn steps_per_part(skill: &TrainedSkill, rate: f64) -> Option<usize> {
-    let parts = rate / (skill.definition.control_rate * TICK_PARTS as f64);
+    let parts = rate / (skill.definition.control_rate * TARGET_SUBSTEPS as f64);
     (parts >= 1.0 && (parts - parts.round()).abs() <= 1e-9).then(|| parts.round() as usize)
 }

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 /// How far into a motion that does not repeat it may be entered, s.
 pub const ENTRY: f64 = 0.3;
 
-/// A passage from one motion to another.
+/// A transition from one motion to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// Tick at which the first motion is left.
@@ -46,7 +46,7 @@ pub fn tick_distance(a: &TrackedTick, b: &TrackedTick) -> f64 {
     pose + ends + tilt + travel + height
 }
 
-/// The best passage from one motion to another. A motion that ends is left at its end; one that repeats wherever it fits
+/// The best transition from one motion to another. A motion that ends is left at its end; one that repeats wherever it fits
 /// best. `entry` is the last tick at which the second may be entered; of one that repeats, any.
 pub fn best_transition(from: &TrackedMotion, to: &TrackedMotion, entry: usize) -> Transition {
     let leave = if from.cycle().is_some() { 0..from.last() } else { from.last()..from.last() + 1 };

@@ -142,7 +142,7 @@ fn an_unloaded_end_keeps_its_side_impulse() {
     let toe = model.blades[0].toe;
     let mut sim = simulator(model);
     let mut settings = *sim.settings();
-    settings.contact.sweeps = 1;
+    settings.contact.iterations = 1;
     sim.set_settings(settings);
     place(&mut sim, DVec3::ZERO, DQuat::IDENTITY, DVec3::NEG_Z * 3.0, DVec3::ZERO);
     sim.external.push(bevy_athlete::sim::ExternalForce {

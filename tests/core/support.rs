@@ -43,7 +43,8 @@ fn seen_on(model: &SharedModel, height: f64, velocity: DVec3) -> Vec<Vec<f64>> {
     let layout = Arc::new(ObservationLayout::new(model, &more, 0));
     let settings = SimulationSettings { rate: 1200.0, ..SimulationSettings::of(model) };
     let mut sim = Simulator::<f64>::new(model.clone(), settings);
-    let mut tracker = Tracker::new(motion, TrackerOptions { leash: Some(0.3), ..Default::default() }, layout);
+    let mut tracker =
+        Tracker::new(motion, TrackerOptions { max_reference_drift: Some(0.3), ..Default::default() }, layout);
     tracker.begin_at(&mut sim, 0, 0, 0.0, Heading::ahead(), DVec3::Y * height);
     let linear = sim.state.root_velocity.linear.lane(0) + velocity;
     sim.state.root_velocity.linear.set_lane(0, linear);

@@ -328,7 +328,7 @@ fn a_game_plays_what_was_trained() {
 fn a_trial_ends_when_the_reference_was_dragged_round() {
     let limited = |skill: &SkillDefinition, turn| {
         let mut skill = skill.clone();
-        skill.leash = Some(0.3);
+        skill.max_reference_drift = Some(0.3);
         skill.episode = EpisodeOptions {
             start: Some((0.0, 0.0)),
             joint_noise: 0.0,
@@ -399,8 +399,8 @@ fn a_lane_put_onto_its_reference_is_there() {
     tracker.observe(&mut sim, &mut seen);
     assert_eq!(seen.len(), task.layout.size());
 
-    // Turned and pushed away, the reference on a leash of half a metre is half a metre off.
-    let options = TrackerOptions { leash: Some(0.5), ..TrackerOptions::default() };
+    // Turned and pushed away, the reference that may drift by half a metre is half a metre off.
+    let options = TrackerOptions { max_reference_drift: Some(0.5), ..TrackerOptions::default() };
     let mut tracker = Tracker::new(task.motion.clone(), options, task.layout.clone());
     for lane in 0..F32x8Fused::LANES {
         tracker.begin(&mut sim, lane, 0, 2.0);

@@ -6,7 +6,7 @@ use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
 use crate::train_affine::{self, Goal};
 use bevy_athlete::cli::{ArgumentError, find_skill, load_task, threads, within, write_whole};
-use bevy_athlete::control::tracking::TICK_PARTS;
+use bevy_athlete::control::tracking::TARGET_SUBSTEPS;
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
@@ -150,7 +150,7 @@ impl Train {
                 if let Some(text) = &self.within {
                     let (root, joints) = pair(text, "--within")?;
                     // A reference that is dragged along stays well within what counts.
-                    skill.leash = skill.leash.map(|leash| leash.min(0.5 * root));
+                    skill.max_reference_drift = skill.max_reference_drift.map(|drift| drift.min(0.5 * root));
                     skill.trial.success.push(Criterion::Follows { root, turn: 57.3, joints });
                 }
                 if let Some(text) = &self.gains {
@@ -168,11 +168,11 @@ impl Train {
         };
         if let Some(rate) = self.rate {
             // Targets move on several times between two decisions.
-            let least = skill.control_rate * TICK_PARTS as f64;
+            let least = skill.control_rate * TARGET_SUBSTEPS as f64;
             let parts = rate / least;
             if !((1.0..=1000.0).contains(&parts) && (parts - parts.round()).abs() < 1e-9) {
                 let valid = format!(
-                    "a multiple of {least}, {TICK_PARTS} times the {} decisions per second",
+                    "a multiple of {least}, {TARGET_SUBSTEPS} times the {} decisions per second",
                     skill.control_rate
                 );
                 return Err(ArgumentError::new("--rate", rate, valid).into());

@@ -1,7 +1,7 @@
 //! Following a motion with a policy: the reference tick by tick, what the policy sees, and what its action does.
 
 /// Targets move on so often within a tick.
-pub const TICK_PARTS: usize = 4;
+pub const TARGET_SUBSTEPS: usize = 4;
 
 mod gaits;
 mod gathered;

@@ -5,7 +5,7 @@
 //! reference pose that stable PD servos track. Training and games run this same code.
 //!
 //! The reference lives in a world of its own; an **anchor** (a place and a heading for each lane) puts it into the real
-//! one. On a leash the anchor follows the character, so that a pushed skater goes on from where it is; without one the
+//! one. With a largest drift the anchor follows the character, so that a pushed skater goes on from where it is; without one the
 //! reference keeps its place.
 
 use crate::asset::{StateError, StateReader, StateWriter};
@@ -26,9 +26,9 @@ pub struct TrackerOptions {
     /// Part of a tick over which targets move to their new place, so that they do not jump; (0, 1].
     pub ramp: f64,
     /// How far the reference may be from the character before it is dragged along, m; `None` leaves it in place.
-    pub leash: Option<f64>,
+    pub max_reference_drift: Option<f64>,
     /// Sine of the angle by which the reference's heading may differ before it is dragged along.
-    pub turn_leash: f64,
+    pub max_heading_drift: f64,
     /// How fast a gait goes over to another speed, m/s^2.
     pub acceleration: f64,
     /// Servo gains for all joints (kp N m/rad, kd N m s/rad) in place of the character's.
@@ -37,7 +37,14 @@ pub struct TrackerOptions {
 
 impl Default for TrackerOptions {
     fn default() -> Self {
-        Self { action_scale: 0.3, ramp: 0.5, leash: None, turn_leash: 0.5, acceleration: 1.5, gains: None }
+        Self {
+            action_scale: 0.3,
+            ramp: 0.5,
+            max_reference_drift: None,
+            max_heading_drift: 0.5,
+            acceleration: 1.5,
+            gains: None,
+        }
     }
 }
 
@@ -498,7 +505,7 @@ impl<R: Real> Tracker<R> {
         }
     }
 
-    /// The next tick: references move on, and their places follow the characters on the leash.
+    /// The next tick: references move on, and their places follow the characters on the max_reference_drift.
     pub fn advance(&mut self, sim: &Simulator<R>) {
         core::mem::swap(&mut self.now, &mut self.next);
         let motion = self.motion.clone();
@@ -532,8 +539,8 @@ impl<R: Real> Tracker<R> {
         // What carries the body carries its reference too.
         let tick = R::splat(1.0 / motion.tick_rate());
         self.anchor_place += self.support.velocity * tick;
-        if let Some(leash) = self.options.leash {
-            self.follow(sim, leash);
+        if let Some(max_reference_drift) = self.options.max_reference_drift {
+            self.follow(sim, max_reference_drift);
         }
     }
 
@@ -544,16 +551,16 @@ impl<R: Real> Tracker<R> {
     }
 
     /// Drags the anchors along: first their headings, then their places.
-    fn follow(&mut self, sim: &Simulator<R>, leash: f64) {
+    fn follow(&mut self, sim: &Simulator<R>, max_reference_drift: f64) {
         let here = Heading::of(sim.state.root_rotation);
         let turn = here.relative_to(Heading::of(self.reference_rotation()));
-        let limit = R::splat(self.options.turn_leash);
+        let limit = R::splat(self.options.max_heading_drift);
         self.steer((turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero()));
 
         let mut away = sim.state.root_position - self.reference_root();
         away.y = R::zero();
         let distance = away.length().max(R::splat(1e-6));
-        let part = ((distance - R::splat(leash)).max(R::zero())) / distance;
+        let part = ((distance - R::splat(max_reference_drift)).max(R::zero())) / distance;
         self.anchor_place += away * part;
     }
 

@@ -242,11 +242,11 @@ impl Terrain<f64> for ColliderGround {
         hit
     }
 
-    fn yields(&self) -> bool {
+    fn is_compliant(&self) -> bool {
         self.movers.iter().any(Mover::is_dynamic)
     }
 
-    fn give(&self, root: Vec3<f64>, candidates: &[ContactCandidate<f64>], out: &mut [Sym3<f64>]) {
+    fn surface_inverse_mass(&self, root: Vec3<f64>, candidates: &[ContactCandidate<f64>], out: &mut [Sym3<f64>]) {
         let body_of = |c: &ContactCandidate<f64>| if c.is_grip { None } else { self.body_under(c.source) };
         for (candidate, give) in candidates.iter().zip(out) {
             *give = Sym3::zero();
@@ -254,7 +254,7 @@ impl Terrain<f64> for ColliderGround {
                 let sharers = candidates.iter().filter(|c| body_of(c) == Some(body)).count();
                 let point = (root + candidate.place).lane(0);
                 let normal = candidate.directions[0].lane(0);
-                *give = Sym3::splat(self.movers[body].give(point, normal, sharers as f64));
+                *give = Sym3::splat(self.movers[body].surface_inverse_mass(point, normal, sharers as f64));
             }
         }
     }
@@ -304,12 +304,12 @@ impl Terrain<f64> for CollidersAndSolids<'_> {
         Terrain::<f64>::anchor(self.solids, lane, solid, place)
     }
 
-    fn yields(&self) -> bool {
-        self.colliders.yields()
+    fn is_compliant(&self) -> bool {
+        self.colliders.is_compliant()
     }
 
-    fn give(&self, root: Vec3<f64>, candidates: &[ContactCandidate<f64>], out: &mut [Sym3<f64>]) {
-        self.colliders.give(root, candidates, out);
+    fn surface_inverse_mass(&self, root: Vec3<f64>, candidates: &[ContactCandidate<f64>], out: &mut [Sym3<f64>]) {
+        self.colliders.surface_inverse_mass(root, candidates, out);
     }
 }
 

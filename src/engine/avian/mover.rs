@@ -128,7 +128,7 @@ impl Mover {
     /// Velocity of its surface at `point` per impulse there, world axes, 1/kg, for a contact with the outward normal `normal`
     /// that is one of `sharers` on this body. Each of them is given its part of the mass (Tonge, Benevolenski, Voroshilov
     /// 2012, "Mass Splitting for Jitter-Free Parallel Rigid Body Simulation"): together they push the whole.
-    pub fn give(&self, point: DVec3, normal: DVec3, sharers: f64) -> DMat3 {
+    pub fn surface_inverse_mass(&self, point: DVec3, normal: DVec3, sharers: f64) -> DMat3 {
         let arm = point - self.center;
         let column = |impulse: DVec3| {
             let impulse = self.free(normal, impulse);
@@ -167,7 +167,7 @@ mod tests {
         for supports in [&[][..], &[DVec3::Y], &[DVec3::Y, DVec3::Z]] {
             let mut body = crate_of_5_kg();
             supports.iter().for_each(|s| body.add_support(*s));
-            let give = body.give(point, normal, 1.0);
+            let give = body.surface_inverse_mass(point, normal, 1.0);
             assert!((give - give.transpose()).abs_diff_eq(DMat3::ZERO, 1e-12), "an inverse mass is symmetric");
             body.push(point, normal, impulse);
             let moved = body.free(normal, body.velocity_at(point));

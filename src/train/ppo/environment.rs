@@ -10,7 +10,7 @@ use crate::skill::disturb::{Disturbance, ball};
 use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall, Transition};
 use crate::train::ppo::lane_courses::LaneCourses;
 use crate::train::ppo::sampling::StartSampler;
-use crate::train::ppo::task::{SUBTICKS, SkillTask};
+use crate::train::ppo::task::{SkillTask, TARGET_SUBSTEPS};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -227,8 +227,8 @@ impl<R: Real> Environment<R> {
         }
         let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
         let tick = if follows {
-            let (other, passage) = &task.before[random.below(task.before.len())];
-            self.take_over(lane, other, *passage, start)
+            let (other, transition) = &task.before[random.below(task.before.len())];
+            self.take_over(lane, other, *transition, start)
         } else {
             // A motion over obstacles begins where it is in its own world.
             let over = task.course.is_some() && motion.cycle().is_none();
@@ -267,8 +267,8 @@ impl<R: Real> Environment<R> {
     }
 
     /// Puts a lane into the pose in which another motion is left, and joins this one there; the tick that is joined.
-    fn take_over(&mut self, lane: usize, other: &TrackedMotion, passage: Transition, speed: f64) -> usize {
-        let left = other.tick(passage.leave);
+    fn take_over(&mut self, lane: usize, other: &TrackedMotion, transition: Transition, speed: f64) -> usize {
+        let left = other.tick(transition.leave);
         let (pose, velocity) = (&left.pose, &left.velocity);
         let state = &mut self.sim.state;
         state.set_pose(lane, pose.root_position * DVec3::Y, pose.root_rotation, &pose.joints);
@@ -281,8 +281,8 @@ impl<R: Real> Environment<R> {
             command.rotation.set_lane(lane, *joint);
         }
         self.sim.state_changed();
-        self.tracker.join(&mut self.sim, lane, passage.enter);
-        passage.enter
+        self.tracker.join(&mut self.sim, lane, transition.enter);
+        transition.enter
     }
 
     /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.
@@ -350,11 +350,11 @@ impl<R: Real> Environment<R> {
         });
         self.push_lanes();
         self.steer_lanes();
-        let steps = (task.settings.rate / (task.skill.control_rate * SUBTICKS as f64)).round() as usize;
+        let steps = (task.settings.rate / (task.skill.control_rate * TARGET_SUBSTEPS as f64)).round() as usize;
         let none = R::zero().lt(R::zero());
         let mut touched = none;
-        for part in 0..SUBTICKS {
-            self.tracker.command(&mut self.sim, (part + 1) as f64 / SUBTICKS as f64);
+        for part in 0..TARGET_SUBSTEPS {
+            self.tracker.command(&mut self.sim, (part + 1) as f64 / TARGET_SUBSTEPS as f64);
             if let Some(recorder) = &mut self.recorder {
                 recorder.forget();
             }
@@ -380,7 +380,7 @@ impl<R: Real> Environment<R> {
                     if !l.whole {
                         continue;
                     }
-                    sample.time = (l.age as f64 + (part + 1) as f64 / SUBTICKS as f64) / task.skill.control_rate;
+                    sample.time = (l.age as f64 + (part + 1) as f64 / TARGET_SUBSTEPS as f64) / task.skill.control_rate;
                     l.samples.push(sample);
                 }
             }

@@ -7,7 +7,7 @@ use crate::skill::PerformanceSample;
 use crate::train::ppo::environment::{Environment, EpisodeStatus};
 use crate::train::ppo::evaluate::Actor;
 use crate::train::ppo::sampling::StartSampler;
-use crate::train::ppo::task::{SUBTICKS, SkillTask};
+use crate::train::ppo::task::{SkillTask, TARGET_SUBSTEPS};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -96,7 +96,7 @@ pub fn motion_quality<A: Actor>(task: &Arc<SkillTask>, actor: &A, trials: usize,
     let motion = &task.motion;
     let starts = StartSampler::uniform(motion.last(), motion.cycle().is_some());
     let capsules = CollisionCapsule::all(&task.model);
-    let part = 1.0 / (task.skill.control_rate * SUBTICKS as f64);
+    let part = 1.0 / (task.skill.control_rate * TARGET_SUBSTEPS as f64);
     let (mut sums, mut scratch) = (Sums::default(), A::Scratch::default());
     let mut row = vec![0.0; task.layout.size()];
     let mut loads = JointLoads::default();

@@ -12,7 +12,7 @@ use crate::skill::{
 };
 use std::sync::Arc;
 
-pub(crate) use crate::control::tracking::TICK_PARTS as SUBTICKS;
+pub(crate) use crate::control::tracking::TARGET_SUBSTEPS;
 
 /// Why a skill cannot be tried.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +26,7 @@ pub enum TaskError {
     Skill(#[from] SkillError),
     /// The rates do not fit together.
     #[error(
-        "skill {skill}: {rate} simulation steps per second and {control_rate} decisions per second; valid: the first a multiple of {SUBTICKS} times the second"
+        "skill {skill}: {rate} simulation steps per second and {control_rate} decisions per second; valid: the first a multiple of {TARGET_SUBSTEPS} times the second"
     )]
     Rate {
         /// The skill.
@@ -201,7 +201,7 @@ impl SkillTask {
 
     /// Whether a simulation rate fits the control rate.
     pub fn check_rate(&self, rate: f64) -> Result<(), TaskError> {
-        let parts = rate / (self.skill.control_rate * SUBTICKS as f64);
+        let parts = rate / (self.skill.control_rate * TARGET_SUBSTEPS as f64);
         if parts >= 1.0 && (parts - parts.round()).abs() < 1e-9 {
             return Ok(());
         }

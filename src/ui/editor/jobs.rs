@@ -225,7 +225,7 @@ fn definition_of(model: &CharacterModel, clip: &MotionClip, plan: &TrainPlan) ->
     if let Some(cycle) = plan.cycle.filter(|c| c.window.1 <= clip.duration()) {
         definition.window = Some(cycle.window);
         (definition.cyclic, definition.straight) = (true, cycle.straight);
-        definition.leash = Some(LEASH);
+        definition.max_reference_drift = Some(LEASH);
         (definition.episode.seconds, definition.trial.seconds) = (EPISODE, TRIAL);
     }
     definition
