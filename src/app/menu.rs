@@ -59,8 +59,8 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
                 }
                 DemoScene::FootLab => lab(ui, &mut data.lab),
                 DemoScene::Course => {
-                    ui.label("Run and jump over three obstacles.");
-                    ui.weak("Moved by its clip: the runner has no controller yet.");
+                    ui.label("The runner goes round three obstacles.");
+                    ui.weak("Arrow keys, the left stick or a thumb take it over.");
                 }
                 DemoScene::Crowd => crowd(ui, &data.crowd),
             }

@@ -23,7 +23,7 @@ pub struct ContactCandidate<R: Real> {
     pub directions: [Vec3<R>; 3],
     /// Moment arms of the rows: `arm x direction`.
     pub moments: [Vec3<R>; 3],
-    /// Velocity along each row that the solver bias_velocities at, m/s.
+    /// Velocity along each row that the solver aims at, m/s.
     pub bias_velocities: [R; 3],
     /// Motion of the link from a unit impulse along each row.
     pub responses: [Motion<R>; 3],

@@ -1,4 +1,4 @@
-//! The rows of the contact problem: directions, responses, bias_velocities.
+//! The rows of the contact problem: directions, responses, bias velocities.
 
 use crate::contact::{ContactScratch, OperationalInverseInertia, SurfaceHit};
 use crate::math::{Mat3, Motion, Real, Vec3};
@@ -13,7 +13,7 @@ pub struct ContactSettings {
     pub margin: f64,
     /// Most iterations of the Gauss-Seidel solver.
     pub iterations: usize,
-    /// A iteration that changes no impulse by more than this part of the sum of the normal impulses is the last.
+    /// An iteration that changes no impulse by more than this part of the sum of the normal impulses is the last.
     pub tolerance: f64,
     /// Part of the penetration (beyond `slop`) removed in one step.
     pub correction: f64,

@@ -1,31 +1,45 @@
-//! The course: the runner on a hall's floor with numbered obstacles. It is moved by its clip, not yet by torques: the menu
-//! says so.
+//! The course: the runner on a hall's floor with numbered obstacles, which it runs round, by its policy or where the player points.
 
 use crate::app::labels::Label;
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::stage::Stage;
+use crate::app::thumb::ThumbStick;
 use crate::contact::{Geometry, Solid, Surface, World};
-use crate::engine::{Athlete, AthleteBody, AthleteSettings, AthleteSystems, AthleteWorld, CharacterAsset};
-use crate::model::{KeyPoses, ModelClip, ModelPose, SharedModel, runner};
-use bevy::math::DVec3;
+use crate::engine::{
+    Athlete, AthleteController, AthleteHistory, AthleteInput, AthleteSettings, AthleteWorld, CharacterAsset,
+};
+use crate::model::runner;
 use bevy::prelude::*;
 
-/// The motion, part of the program.
-const MOTION: &str = include_str!("../../../assets/clips/course.keyposes.ron");
-/// Where the jumps are highest, m along -Z, and the obstacles' heights, m.
+/// Where the obstacles stand, m along -Z, and their heights, m.
 const OBSTACLES: [(f32, f32); 3] = [(10.4, 0.30), (20.56, 0.35), (30.84, 0.40)];
 /// Depth and width of an obstacle, m.
-const SIZE: Vec2 = Vec2::new(0.35, 2.2);
+const SIZE: Vec2 = Vec2::new(0.35, 1.4);
 /// Length of the way, m.
 const WAY: f32 = 42.4;
+/// Where it runs when nobody steers, m: to the right and along -Z, and at what speed, m/s.
+const ROUND: [(f32, f32, f32); 8] = [
+    (2.0, 10.4, 3.0),
+    (-2.0, 20.6, 3.0),
+    (2.0, 30.8, 3.0),
+    (0.0, 38.0, 2.2),
+    (-5.0, 38.0, 2.2),
+    (-6.0, 20.0, 3.8),
+    (-5.0, 0.0, 2.2),
+    (0.0, -2.0, 2.2),
+];
+/// Distance at which a place counts as reached, m.
+const REACHED: f32 = 1.5;
+/// Fastest run that a player can ask for, m/s.
+const FASTEST: f32 = 4.2;
 
-/// The clip of the runner and where it is in it, s.
-#[derive(Component)]
-struct OnClip {
-    clip: ModelClip,
-    pose: ModelPose,
-    time: f64,
+/// The runner, and where it is on its round.
+#[derive(Component, Default)]
+struct Runner {
+    next: usize,
+    /// Somebody steers it.
+    steered: bool,
 }
 
 pub(crate) struct CoursePlugin;
@@ -33,17 +47,17 @@ pub(crate) struct CoursePlugin;
 impl Plugin for CoursePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(OnEnter(DemoScene::Course), enter)
-            .add_systems(FixedPostUpdate, follow_clip.in_set(AthleteSystems::Step).run_if(in_state(DemoScene::Course)));
+            .add_systems(FixedUpdate, go.run_if(in_state(DemoScene::Course)));
     }
 }
 
-/// The clip for the model; `None` if the files do not fit each other.
-fn clip(model: &SharedModel) -> Option<ModelClip> {
-    let poses = KeyPoses::from_ron(MOTION, "course.keyposes.ron").ok()?;
-    poses.to_clip(model).ok()?.to_model(model).ok()
-}
-
-fn enter(mut commands: Commands, stage: Res<Stage>, mut props: Props, mut characters: ResMut<Assets<CharacterAsset>>) {
+fn enter(
+    mut commands: Commands,
+    stage: Res<Stage>,
+    mut props: Props,
+    assets: Res<AssetServer>,
+    mut characters: ResMut<Assets<CharacterAsset>>,
+) {
     let root = scene_root(&mut commands, DemoScene::Course);
     props.hall(&mut commands, root, stage.options.low);
     let mut world = World::ground();
@@ -63,34 +77,50 @@ fn enter(mut commands: Commands, stage: Res<Stage>, mut props: Props, mut charac
             Surface::GROUND,
         ));
     }
-    let lane = props.block(Vec3::new(SIZE.y + 0.6, 0.01, WAY + 4.0), Color::srgb(0.72, 0.36, 0.28));
+    let lane = props.block(Vec3::new(SIZE.y + 4.0, 0.01, WAY + 4.0), Color::srgb(0.72, 0.36, 0.28));
     commands.spawn((ChildOf(root), lane, Transform::from_xyz(0.0, -0.004, -0.5 * WAY)));
     commands.insert_resource(AthleteWorld(world));
-    let model = runner();
-    let mut athlete = commands.spawn((
+    commands.spawn((
+        Runner::default(),
         DespawnOnExit(DemoScene::Course),
-        Athlete(characters.add(CharacterAsset { model: model.clone() })),
-        // Its body does not step: the clip places it.
-        AthleteSettings { paused: true, ..default() },
+        Athlete(characters.add(CharacterAsset { model: runner() })),
+        AthleteController::skill(assets.load("skills/running/run/run.skill.ron")),
+        AthleteInput::default().at(0.0),
+        AthleteSettings { restart_after: Some(1.5), ..default() },
+        AthleteHistory::default(),
     ));
-    if let Some(clip) = clip(&model) {
-        athlete.insert(OnClip { pose: ModelPose::zero(&model), clip, time: 0.0 });
-    }
 }
 
-fn follow_clip(time: Res<Time>, mut runners: Query<(&mut AthleteBody, &mut OnClip)>) {
-    for (mut body, mut on_clip) in &mut runners {
-        let OnClip { clip, pose, time: at } = &mut *on_clip;
-        *at = (*at + time.delta_secs_f64()) % clip.duration().max(0.1);
-        clip.sample_into(*at, pose);
-        let simulator = body.simulator_mut();
-        let before = simulator.state.root_position.lane(0);
-        simulator.state.set_pose(0, pose.root_position, pose.root_rotation, &pose.joints);
-        let velocity = (pose.root_position - before) / time.delta_secs_f64().max(1e-9);
-        simulator.state.root_velocity.linear =
-            crate::math::Vec3::splat(if velocity.length() < 20.0 { velocity } else { DVec3::ZERO });
-        simulator.state.time = *at;
-        simulator.state_changed();
+/// Arrow keys, the left stick or the one for thumbs; until the first touch it runs its round.
+fn go(
+    keys: Res<ButtonInput<KeyCode>>,
+    gamepads: Query<&Gamepad>,
+    thumb: Res<ThumbStick>,
+    cameras: Query<&GlobalTransform, With<Camera3d>>,
+    mut runners: Query<(&Transform, &mut Runner, &mut AthleteInput)>,
+) {
+    let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
+    let mut stick =
+        Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
+    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>() + thumb.value;
+    let stick = stick.clamp_length_max(1.0);
+    let ahead = cameras.iter().next().map_or(Vec3::NEG_Z, |c| c.forward().as_vec3().with_y(0.0).normalize_or_zero());
+    for (place, mut runner, mut input) in &mut runners {
+        runner.steered |= stick != Vec2::ZERO;
+        let (direction, speed) = if runner.steered {
+            (ahead * stick.y + Vec3::new(-ahead.z, 0.0, ahead.x) * stick.x, FASTEST * stick.length())
+        } else {
+            let (x, z, speed) = ROUND[runner.next % ROUND.len()];
+            let way = (Vec3::new(x, 0.0, -z) - place.translation).with_y(0.0);
+            if way.length() < REACHED {
+                runner.next = (runner.next + 1) % ROUND.len();
+            }
+            (way, speed)
+        };
+        let wanted = AthleteInput::towards(direction).at(speed);
+        if *input != wanted {
+            *input = wanted;
+        }
     }
 }
 
@@ -98,27 +128,18 @@ fn follow_clip(time: Res<Time>, mut runners: Query<(&mut AthleteBody, &mut OnCli
 mod tests {
     use super::*;
 
-    /// The knees are drawn up where the obstacles stand: nothing of the runner touches them.
+    /// The round leads past the obstacles, not through them.
     #[test]
-    fn the_runner_clears_every_obstacle() {
-        let model = runner();
-        let clip = clip(&model).expect("the key poses fit the runner");
-        let mut links = Vec::new();
-        let (mut lowest, mut over) = (f64::INFINITY, 0);
-        for k in 0..(clip.duration() * 240.0) as usize {
-            clip.sample(k as f64 / 240.0).link_transforms(&model, &mut links);
-            for point in &model.contact_points {
-                let link = &links[point.link];
-                let place = link.position + link.rotation * point.position;
-                for (z, height) in OBSTACLES {
-                    if (place.z + f64::from(z)).abs() < f64::from(SIZE.x) * 0.5 {
-                        over += 1;
-                        lowest = lowest.min(place.y - point.radius - f64::from(height));
-                    }
+    fn the_round_goes_round_every_obstacle() {
+        for (k, (x, z, _)) in ROUND.iter().enumerate() {
+            let (to_x, to_z, _) = ROUND[(k + 1) % ROUND.len()];
+            for s in (0..=100).map(|k| k as f32 / 100.0) {
+                let (x, z) = (x + (to_x - x) * s, z + (to_z - z) * s);
+                for (at, _) in OBSTACLES {
+                    let clear = (x.abs() - 0.5 * SIZE.y).max((z - at).abs() - 0.5 * SIZE.x);
+                    assert!(clear > 0.6, "{x}, {z} is {clear} m from the obstacle at {at}");
                 }
             }
         }
-        println!("{over} points over obstacles, the lowest {lowest:.3} m above");
-        assert!(over > 100 && lowest > 0.0);
     }
 }

@@ -55,8 +55,8 @@ impl AthleteController {
 #[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Default)]
 pub struct AthleteInput {
-    /// Where to go ([`AthleteController::Steer`]): a direction over the ground, world frame; its length does not matter, zero
-    /// is as it comes.
+    /// Where to go ([`AthleteController::Steer`], and [`AthleteController::Skill`] with a gait): a direction over the ground, world
+    /// frame; its length does not matter, zero is as it comes.
     pub direction: Vec3,
     /// How fast ([`AthleteController::Skill`], [`AthleteController::Steer`]): mean speed, m/s; `None` is that of the skill's
     /// motion.
