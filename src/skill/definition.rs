@@ -202,7 +202,7 @@ impl Default for EpisodeOptions {
     }
 }
 
-/// Commands at random times: a speed from the range of the episode, and a turn.
+/// Commands at random times: a speed from the range of the episode (a quarter of them the slowest), and a turn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SteerOptions {

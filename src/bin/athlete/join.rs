@@ -50,7 +50,7 @@ impl Join {
         if self.json {
             say_json(&json!({ "clip": self.out, "gait": parts }))?;
         } else {
-            let parts: Vec<String> = parts.iter().map(|(from, to)| format!("({from:.4}, {to:.4})")).collect();
+            let parts: Vec<String> = parts.iter().map(|(from, to)| format!("({from:.6}, {to:.6})")).collect();
             say(&format!("{}: {} poses", self.out.display(), joined.poses.len()))?;
             say(&format!("gait: [{}]", parts.join(", ")))?;
         }

@@ -64,6 +64,8 @@ struct TrialStart {
 
 /// Trials of a motion that repeats, and that failed so soon, failed by how they began, s.
 const SOON: f64 = 2.0;
+/// Part of the commands, and of the steered trials, that ask for the slowest speed: to stand is not to walk slowly.
+const STOPS: f64 = 0.25;
 /// Hard starts kept for each lane.
 const HARD_STARTS: usize = 8;
 
@@ -207,7 +209,8 @@ impl<R: Real> Environment<R> {
             None if begins => 0,
             None => drawn,
         };
-        let at_part = |(low, high): Range| low + part * (high - low);
+        let slowest = episode.steer.is_some() && random.uniform() < STOPS;
+        let at_part = |(low, high): Range| if slowest { low } else { low + part * (high - low) };
         // How fast a trial begins is what it fails by, where that is not the commanded speed.
         let (speed, start) = match (episode.speed, episode.start_speed) {
             (speed, Some(start)) => (speed.map_or(motion.mean_speed(), |range| draw(random, range)), at_part(start)),
@@ -413,7 +416,9 @@ impl<R: Real> Environment<R> {
             // A third of them goes straight on.
             l.turn = (turn - turn.clamp(-0.5, 0.5)) * steer.turn / rate;
             if let Some(speed) = task.skill.episode.speed {
-                self.tracker.set_speed(lane, draw(&mut self.random, speed));
+                let stops = self.random.uniform() < STOPS;
+                let drawn = draw(&mut self.random, speed);
+                self.tracker.set_speed(lane, if stops { speed.0 } else { drawn });
             }
         }
         self.tracker.steer(R::from_lanes(|lane| self.lanes[lane].turn));
