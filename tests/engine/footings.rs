@@ -1,5 +1,5 @@
-//! Contract: a skill that was learnt on level ground at rest is performed on what a game puts under it: a block, a slope, a platform
-//! of Avian that moves.
+//! What becomes of skills that were learnt on level ground at rest on what a game puts under them: a block, a slope, a platform of Avian that
+//! moves. So far a measurement, printed row by row.
 
 use crate::grounds::{Footing, Outcome, Performer, perform_on};
 use bevy::math::DVec3;

@@ -25,7 +25,6 @@ mod engine_time;
 mod footings;
 #[cfg(feature = "ui")]
 mod key_pose_editor;
-mod moving_worlds;
 #[cfg(feature = "ui")]
 mod panels;
 mod skill_parameters;
