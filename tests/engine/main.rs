@@ -25,6 +25,7 @@ mod engine_time;
 mod footings;
 #[cfg(feature = "ui")]
 mod key_pose_editor;
+mod moving_worlds;
 #[cfg(feature = "ui")]
 mod panels;
 mod skill_parameters;

@@ -155,17 +155,23 @@ pub fn perform_on(performer: &Performer, footing: Footing, seconds: f64) -> Outc
     let (character, skill) = (add(&mut app, file), add(&mut app, skill));
     let start = Transform::from_xyz(0.0, footing.height(DVec3::ZERO) as f32, 0.0);
     let controller = AthleteController::skill(skill);
+    #[cfg(feature = "avian")]
+    if let Footing::Platform { velocity, carried: true, .. } = footing {
+        // Before its first step: blades that slide across their edges brake hard.
+        let carry = move |mut bodies: Query<&mut AthleteBody, Added<AthleteBody>>| {
+            for mut body in &mut bodies {
+                let sim = body.simulator_mut();
+                sim.state.root_velocity.linear =
+                    sim.state.root_velocity.linear + bevy_athlete::math::Vec3::splat(velocity);
+                sim.state_changed();
+            }
+        };
+        app.add_systems(FixedPostUpdate, carry.in_set(AthleteSystems::Control));
+    }
     // A tick for the colliders to be known.
     app.update();
     let athlete = app.world_mut().spawn((Athlete(character), controller, performer.input.clone(), start)).id();
     app.update();
-    #[cfg(feature = "avian")]
-    if let Footing::Platform { velocity, carried: true, .. } = footing {
-        let mut body = crate::engine_support::body_mut(&mut app, athlete);
-        let sim = body.simulator_mut();
-        sim.state.root_velocity.linear = sim.state.root_velocity.linear + bevy_athlete::math::Vec3::splat(velocity);
-        sim.state_changed();
-    }
     let place = |app: &App| {
         let body = body(app, athlete);
         let root = body.simulator().state.root_position.lane(0);
