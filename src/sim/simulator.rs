@@ -415,7 +415,8 @@ impl<R: Real> Simulator<R> {
         self.state.contact_impulses.fill(Vec3::zero());
         self.state.grip_impulses.fill(Vec3::zero());
         for c in self.contact.candidates() {
-            let impulse = c.impulse();
+            // A point that only touches in another lane gives zeros of either sign; alone it would not be there.
+            let impulse = c.impulse() + Vec3::zero();
             let kept = if c.is_grip { &mut self.state.grip_impulses } else { &mut self.state.contact_impulses };
             kept[c.source] = impulse;
             self.momentum.linear += impulse;
