@@ -45,6 +45,8 @@ mod foot_pose;
 mod gait;
 mod geometry;
 mod grips;
+#[path = "../families/hopper/core.rs"]
+mod hopper;
 mod joint_torques;
 mod key_poses;
 mod lanes;

@@ -23,6 +23,8 @@ mod engine_rooms;
 mod engine_snapshots;
 mod engine_time;
 mod footings;
+#[path = "../families/hopper/engine.rs"]
+mod hopper;
 #[cfg(feature = "ui")]
 mod key_pose_editor;
 mod moving_worlds;
