@@ -129,18 +129,15 @@ fn a_player_is_told_how_high_the_step_is() {
             let terrain = CourseTerrain::<f64>::new(Arc::new(World::empty()), &course.instance(&values, 0).unwrap());
             let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
             let mut player = SkillPlayer::new(skill.clone(), model.step_rate).unwrap();
-            let middle = skill.definition.parameters[0].middle();
-            assert_eq!(player.parameters(), [middle], "nothing was chosen: the middle of the range");
+            let neutral = skill.definition.warps[0].neutral;
+            assert_eq!(player.parameters(), [neutral], "nothing was chosen: what the motion was made for");
             player.set_parameters(&[height]);
             let place = skill.motion.tick(0).pose.root_position * DVec3::new(1.0, 0.0, 1.0);
             player.begin(&mut sim, Heading::ahead(), place, None);
             for _ in 0..((skill.motion.duration() + 0.3) * model.step_rate) as usize {
-                player.drive(&mut sim).unwrap();
+                player.drive(&mut sim, &terrain).unwrap();
                 step(&mut sim, &terrain);
-                if player.at_decision() {
-                    player.sense(&mut sim, &terrain);
-                }
-                player.after_step(&sim);
+                player.after_step(&mut sim, &terrain);
             }
             assert!(player.is_finished());
             let (root, stands) = (sim.state.root_position.lane(0), player.support().height);
