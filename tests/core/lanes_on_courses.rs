@@ -92,6 +92,8 @@ struct Fate {
     prints: Vec<u64>,
     on_rail: usize,
     touching: usize,
+    /// The step in which it went bad: what is torn at does, and its neighbours must not notice.
+    bad: Option<usize>,
 }
 
 const STEPS: usize = 900;
@@ -112,7 +114,9 @@ fn run<R: Real>(model: &SharedModel, indices: &[u64]) -> Vec<Fate> {
         for (lane, &index) in indices.iter().enumerate() {
             if k % 50 == 0 {
                 command(&mut sim, lane, index, k);
-                fates[lane].prints.push(sim.state.fingerprint(lane));
+                if fates[lane].bad.is_none() {
+                    fates[lane].prints.push(sim.state.fingerprint(lane));
+                }
             }
             if k == 2 * STEPS / 3 {
                 // Let go, and hold on again at once, elsewhere.
@@ -123,13 +127,18 @@ fn run<R: Real>(model: &SharedModel, indices: &[u64]) -> Vec<Fate> {
         step(&mut sim, &terrain);
         terrain.advance(sim.step_seconds());
         for (lane, fate) in fates.iter_mut().enumerate() {
-            assert!(sim.is_sane(lane), "lane {lane} went bad in step {k}");
+            if fate.bad.is_some() || !sim.is_sane(lane) {
+                fate.bad = fate.bad.or(Some(k));
+                continue;
+            }
             fate.touching += usize::from(sim.loaded_points(lane) > 0);
             fate.on_rail += usize::from(matches!(sim.state.anchor(0, lane), Some(GripAnchor::Solid { .. })));
         }
     }
     for (lane, fate) in fates.iter_mut().enumerate() {
-        fate.prints.push(sim.state.fingerprint(lane));
+        if fate.bad.is_none() {
+            fate.prints.push(sim.state.fingerprint(lane));
+        }
     }
     fates
 }

@@ -206,7 +206,7 @@ fn a_wish_in_the_middle_counts_from_the_next_decision_and_is_in_the_state() {
         assert_eq!(run.sim.state.fingerprint(0), twin.sim.state.fingerprint(0));
     }
     assert!(bytes(&twin) == bytes(&run));
-    assert!((run.reference().y - before.y - 0.1).abs() < 1e-9, "{} m higher", run.reference().y - before.y);
+    assert!((run.reference().y - before.y - 0.1).abs() < 1e-3, "{} m higher", run.reference().y - before.y);
     assert_eq!(run.director.player().parameters(), [0.6, 2.0, 0.5]);
 }
 

@@ -3,7 +3,6 @@
 /// Targets move on so often within a tick.
 pub const TARGET_SUBSTEPS: usize = 4;
 
-mod gaits;
 mod gathered;
 mod heading;
 mod mirror;
@@ -14,12 +13,10 @@ mod tracker;
 mod warp;
 
 pub use super::terms::{ObservationLayout, PolicyMirror};
-pub use gaits::GaitLevel;
 pub(crate) use gathered::Gathered;
 pub use heading::Heading;
 pub use mirror::mirror_links;
-use motion::phase_hats;
-pub use motion::{CycleShift, STANDS, TrackedMotion, TrackedTick};
+pub use motion::{CycleShift, GaitLevel, STANDS, TrackedMotion, TrackedTick};
 pub(crate) use seen_body::{AllLanes, SeenBody};
 #[cfg(feature = "engine")]
 pub(crate) use seen_body::{OneLane, com_velocity};

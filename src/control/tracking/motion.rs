@@ -1,13 +1,17 @@
 //! A clip prepared for tracking: what the body should be like at every tick of the controller.
 
+mod gaits;
+
 use crate::asset::clip::{ClipError, MotionClip};
+use crate::control::tracking::Warp;
 use crate::control::tracking::mirror::{image, image_of_rotation, image_of_turn};
-use crate::control::tracking::{GaitLevel, Warp};
 use crate::control::{Reference, ReferenceTick};
 use crate::dynamics::{LinkConstants, LinkKinematics, State, momentum, totals, update_positions, update_velocities};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, ModelPose, ModelVelocity, PointRole};
 use glam::{DQuat, DVec3};
+
+pub use gaits::GaitLevel;
 
 /// Over how long the ends of a cycle are blended, s.
 const SEAM: f64 = 0.2;
@@ -210,7 +214,7 @@ impl TrackedMotion {
     }
 
     /// The middle level of a gait with all of them.
-    pub(super) fn with_levels(
+    fn with_levels(
         self,
         ticks: Vec<TrackedTick>,
         cycle: CycleShift,
@@ -220,10 +224,10 @@ impl TrackedMotion {
     ) -> Self {
         Self { ticks, cycle: Some(cycle), tick_rate, mean_speed, levels, ..self }
     }
-    pub(super) fn gait_levels(&self) -> &[GaitLevel] {
+    fn gait_levels(&self) -> &[GaitLevel] {
         &self.levels
     }
-    pub(super) fn ticks(&self) -> &[TrackedTick] {
+    fn ticks(&self) -> &[TrackedTick] {
         &self.ticks
     }
 
@@ -314,7 +318,7 @@ fn lowest_foot(model: &CharacterModel, links: &[LinkKinematics<f64>]) -> f64 {
 
 /// Hat functions around evenly spaced centres: on a ring for a motion that repeats, from start to end for one that ends.
 /// Piecewise linear, so the same bits everywhere.
-pub(super) fn phase_hats(phase: f64, ring: bool) -> [f64; TrackedMotion::PHASES] {
+fn phase_hats(phase: f64, ring: bool) -> [f64; TrackedMotion::PHASES] {
     let n = TrackedMotion::PHASES as f64;
     core::array::from_fn(|k| {
         let (spacing, x) = if ring { (n, phase * n) } else { (n - 1.0, phase * (n - 1.0)) };

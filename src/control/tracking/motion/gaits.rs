@@ -6,8 +6,8 @@
 //! `q = mix(q_i, q_j, w)` and `L = (1 - w) v_i T_i + w v_j T_j`, and the phase goes on by `v / L` cycles a second: so feet stand still at any
 //! pace. `v / L` is the phase rate beta, the stride the amplitude alpha, of Park, Yu, Lee 2018, Section 5.2. The first cycle may be one of standing.
 
+use super::{CycleShift, TrackedMotion, TrackedTick, phase_hats};
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::control::tracking::{CycleShift, TrackedMotion, TrackedTick, phase_hats};
 use crate::model::CharacterModel;
 use glam::{DQuat, DVec3};
 
@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 #[derive(Clone, Debug)]
 pub struct GaitLevel {
     /// One cycle. Roots and centres of mass count from where they would be at constant speed.
-    pub(super) ticks: Vec<TrackedTick>,
+    pub(in crate::control::tracking) ticks: Vec<TrackedTick>,
     /// Mean speed, m/s.
     pub speed: f64,
     /// Length of the cycle, s.
@@ -95,12 +95,12 @@ impl TrackedMotion {
     }
 
     /// Ticks by which the phase goes on in a decision at a pace (m/s).
-    pub(super) fn phase_step(&self, pace: f64) -> f64 {
+    pub(in crate::control::tracking) fn phase_step(&self, pace: f64) -> f64 {
         self.around(pace).3 * TICKS as f64 / self.tick_rate()
     }
 
     /// The gait at a pace (m/s) and a phase (ticks, from 0 to [`TrackedMotion::last`]).
-    pub(super) fn sample(&self, phase: f64, pace: f64, out: &mut TrackedTick) {
+    pub(in crate::control::tracking) fn sample(&self, phase: f64, pace: f64, out: &mut TrackedTick) {
         let (a, b, w, cadence) = self.around(pace);
         let k = (phase as usize).min(TICKS - 1);
         let s = phase - k as f64;
@@ -146,7 +146,7 @@ impl TrackedMotion {
     }
 
     /// The reference at a tick: of a gait at a pace (m/s).
-    pub(super) fn at_pace(&self, tick: usize, pace: f64) -> TrackedTick {
+    pub(in crate::control::tracking) fn at_pace(&self, tick: usize, pace: f64) -> TrackedTick {
         let mut out = self.tick(tick).clone();
         if !self.levels().is_empty() {
             self.sample((tick % TICKS) as f64, pace, &mut out);
