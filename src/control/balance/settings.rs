@@ -59,17 +59,17 @@ impl Default for BalanceSettings {
             method: BalanceMethod::Cones,
             rate: 150.0,
             support: 28.0,
-            linear: 16.0,
+            linear: 9.0,
             linear_damping: 1.0,
             upright: 20.0,
             angular: 6.0,
             tracking: 40.0,
-            moment_weight: 0.05,
+            moment_weight: 0.3,
             friction: 0.5,
             contact: 0.004,
             margin: 0.03,
             knee: 0.15,
-            damping: 0.25,
+            damping: 1.0,
         }
     }
 }
