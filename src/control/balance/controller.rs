@@ -499,11 +499,9 @@ impl Balance {
         let inertia = whole.inertia.to_cols_array();
         let turning = (inertia[0] + inertia[4] + inertia[8]) / 3.0;
         let rate = self.map.rate();
-        let wish = [(force - rate.force.lane(0)) / whole.mass, (moment - rate.moment.lane(0)) / turning];
-        for k in 0..3 {
-            (system.wish[k], system.wish[3 + k]) = (wish[0][k], wish[1][k]);
-            (system.compliance[k], system.compliance[3 + k]) = (MOMENTUM_COMPLIANCE, MOMENTUM_COMPLIANCE);
-        }
+        system.wish[..3].copy_from_slice(&((force - rate.force.lane(0)) / whole.mass).to_array());
+        system.wish[3..6].copy_from_slice(&((moment - rate.moment.lane(0)) / turning).to_array());
+        system.compliance[..6].fill(MOMENTUM_COMPLIANCE);
         for (dof, column) in self.map.columns().iter().enumerate() {
             let (linear, angular) = (column.force.lane(0) / whole.mass, column.moment.lane(0) / turning);
             for k in 0..3 {
@@ -530,11 +528,12 @@ impl Balance {
                 let linear = gain * (anchor.place - place) - damping * (velocity.linear.lane(0) - drift);
                 let angular = gain * turn - damping * (velocity.angular.lane(0) - footing.spin);
                 let coasting = self.inverse.accelerations()[link];
-                let wish = [linear - coasting.linear.lane(0), angular - coasting.angular.lane(0)];
+                let wishes = [linear - coasting.linear.lane(0), angular - coasting.angular.lane(0)];
+                for (part, wish) in wishes.iter().enumerate() {
+                    system.wish[row + 3 * part..][..3].copy_from_slice(&wish.to_array());
+                }
+                system.compliance[row..][..6].fill(SUPPORT_COMPLIANCE);
                 for k in 0..3 {
-                    (system.wish[row + k], system.wish[row + 3 + k]) = (wish[0][k], wish[1][k]);
-                    (system.compliance[row + k], system.compliance[row + 3 + k]) =
-                        (SUPPORT_COMPLIANCE, SUPPORT_COMPLIANCE);
                     system.set(row + k, k, 1.0);
                 }
                 let mut above = link;
@@ -595,11 +594,11 @@ impl Balance {
             *v += a * h;
         }
         let State { joints, .. } = &sim.state;
-        for i in 1..self.constants.len() {
+        for (i, joint) in joints.iter().enumerate().skip(1) {
             let at = self.dof_of[i];
             let planned = |at: usize| Vec3::new(self.planned[at], self.planned[at + 1], self.planned[at + 2]);
             let command = &mut sim.commands[i];
-            command.rotation = Quat::<f64> { v: joints[i].rotation.v, w: joints[i].rotation.w };
+            command.rotation = Quat::<f64> { v: joint.rotation.v, w: joint.rotation.w };
             command.velocity = self.constants[i].hinge.map_or_else(|| planned(at), |axis| axis * self.planned[at]);
             command.kp = 0.0;
             command.kd = self.settings.damping * self.model.links[i].gains.kd;
