@@ -254,7 +254,10 @@ fn faults_are_told_by_segment() {
 
     // What was not asked for and would dig in is stood on instead.
     let pose = foot_pose(&foot, &level(&foot, 0.055, DQuat::IDENTITY, tiptoe), &options);
-    assert!(pose.report.added.contains(heel_index) && pose.report.is_met(), "{:?}", pose.report);
+    let report = &pose.report;
+    let added = report.added.iter().next().expect("one that would dig in");
+    assert!(!tiptoe.contains(added) && report.segments[added].gap.abs() < 1e-6, "{report:?}");
+    assert!((report.displacement - 0.011).abs() < 1e-6, "the ankle goes up for it, and that is told: {report:?}");
 
     // The ankle's own joint, under a shin that leans farther than it can bend.
     let pose = foot_pose(&foot, &level(&foot, 0.066, DQuat::IDENTITY, rest), &options);
@@ -310,6 +313,7 @@ fn the_ground_under_a_foot_is_a_plane_of_what_is_there() {
 }
 
 #[test]
+#[ignore = "a measurement, for a build in release on a quiet machine"]
 fn both_feet_take_less_than_ten_microseconds() {
     let model = foot_human();
     let feet = [0, 1].map(|f| FootAnatomy::of(&model, f).unwrap());

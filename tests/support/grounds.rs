@@ -161,8 +161,7 @@ pub fn perform_on(performer: &Performer, footing: Footing, seconds: f64) -> Outc
         let carry = move |mut bodies: Query<&mut AthleteBody, Added<AthleteBody>>| {
             for mut body in &mut bodies {
                 let sim = body.simulator_mut();
-                sim.state.root_velocity.linear =
-                    sim.state.root_velocity.linear + bevy_athlete::math::Vec3::splat(velocity);
+                sim.state.root_velocity.linear += bevy_athlete::math::Vec3::splat(velocity);
                 sim.state_changed();
             }
         };
