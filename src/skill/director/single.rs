@@ -9,7 +9,7 @@ use glam::DVec3;
 pub struct Single;
 
 /// How fast a gait turns for each sine of the angle that is left to the wished direction, and at most, rad/s.
-const TOWARDS: (f64, f64) = (2.5, 1.0);
+const TOWARDS: (f64, f64) = (2.0, 0.7);
 
 impl Single {
     pub(super) fn next(&self, body: &BodyView, graph: &SkillGraph, input: &DirectorInput) -> Choice {
