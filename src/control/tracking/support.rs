@@ -30,7 +30,7 @@ impl<R: Real> Support<R> {
     }
 
     /// Looks at the ground under feet before the first step, when nothing has pressed yet: its velocity is that of the ground less than
-    /// [`NEAR`] below a foot. The height stays that of the start.
+    /// a little below a foot. The height stays that of the start.
     pub fn look_below(&mut self, sim: &mut Simulator<R>, terrain: &impl Terrain<R>) {
         let model = sim.model().clone();
         let root = sim.state.root_position;
