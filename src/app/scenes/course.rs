@@ -4,7 +4,7 @@ use crate::app::labels::Label;
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::stage::Stage;
-use crate::app::thumb::ThumbStick;
+use crate::app::thumb::{ThumbStick, over_ground, player_stick};
 use crate::contact::{Geometry, Solid, Surface, World};
 use crate::engine::{
     Athlete, AthleteController, AthleteHistory, AthleteInput, AthleteSettings, AthleteWorld, CharacterAsset,
@@ -99,16 +99,12 @@ fn go(
     cameras: Query<&GlobalTransform, With<Camera3d>>,
     mut runners: Query<(&Transform, &mut Runner, &mut AthleteInput)>,
 ) {
-    let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
-    let mut stick =
-        Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
-    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>() + thumb.value;
-    let stick = stick.clamp_length_max(1.0);
-    let ahead = cameras.iter().next().map_or(Vec3::NEG_Z, |c| c.forward().as_vec3().with_y(0.0).normalize_or_zero());
+    let stick = player_stick(&keys, &gamepads, &thumb).clamp_length_max(1.0);
+    let wished = over_ground(cameras.iter().next().unwrap_or(&GlobalTransform::IDENTITY), stick);
     for (place, mut runner, mut input) in &mut runners {
         runner.steered |= stick != Vec2::ZERO;
         let (direction, speed) = if runner.steered {
-            (ahead * stick.y + Vec3::new(-ahead.z, 0.0, ahead.x) * stick.x, FASTEST * stick.length())
+            (wished, FASTEST * stick.length())
         } else {
             let (x, z, speed) = ROUND[runner.next % ROUND.len()];
             let way = (Vec3::new(x, 0.0, -z) - place.translation).with_y(0.0);

@@ -5,7 +5,7 @@ use crate::app::props::Props;
 use crate::app::rink::HALF;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::stage::Stage;
-use crate::app::thumb::ThumbStick;
+use crate::app::thumb::{ThumbStick, over_ground, player_stick};
 use crate::engine::{
     Athlete, AthleteBody, AthleteController, AthleteGhost, AthleteGizmos, AthleteHistory, AthleteInput,
     AthleteSettings, AthleteWorld, CharacterAsset, ControlAsset, PerformSkill,
@@ -130,10 +130,7 @@ fn steer(
     mut commands: Commands,
     mut skaters: Query<(Entity, &Transform, Option<&AthleteBody>, &mut AthleteInput), With<RinkSkater>>,
 ) {
-    let axis = |more: KeyCode, less: KeyCode| f32::from(i8::from(keys.pressed(more)) - i8::from(keys.pressed(less)));
-    let mut stick =
-        Vec2::new(axis(KeyCode::ArrowRight, KeyCode::ArrowLeft), axis(KeyCode::ArrowUp, KeyCode::ArrowDown));
-    stick += gamepads.iter().map(Gamepad::left_stick).sum::<Vec2>() + thumb.value;
+    let stick = player_stick(&keys, &gamepads, &thumb);
     let pressed = |key, button| keys.just_pressed(key) || gamepads.iter().any(|g| g.just_pressed(button));
     let perform = if pressed(KeyCode::KeyT, GamepadButton::West) {
         Some("forward_three_turn")
@@ -155,11 +152,9 @@ fn steer(
         if let Some(name) = perform {
             commands.trigger(PerformSkill::new(skater, name));
         }
-        let ahead = camera.forward().as_vec3().with_y(0.0).normalize_or_zero();
-        let right = Vec3::new(-ahead.z, 0.0, ahead.x);
         let velocity = body.map_or(Vec3::ZERO, |body| body.root_velocity().as_vec3().with_y(0.0));
         let from_middle = transform.translation - stage.control.middle().as_vec3();
-        let mut wanted = ahead * stick.y + right * stick.x;
+        let mut wanted = over_ground(camera, stick);
         if outward(from_middle, velocity) {
             // Back to the middle before the boards.
             wanted = -from_middle.with_y(0.0);

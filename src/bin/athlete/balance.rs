@@ -1,9 +1,9 @@
 //! `athlete balance`: a body keeps standing in a pose of its feet.
 
+use crate::feet::balance_settings;
 use crate::output::{Outcome, bar, say, say_json};
 use bevy_athlete::cli::feet::{Disturbance, Episode, StancePose, run_episode};
 use bevy_athlete::cli::{ArgumentError, check_output, load_character, within};
-use bevy_athlete::control::balance::{BalanceMethod, BalanceSettings};
 use bevy_athlete::control::foot::BasicPose;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
@@ -75,15 +75,7 @@ impl Balance {
                 ArgumentError::new("POSE", name, "rest, tiptoe, inside_tilt, outside_tilt, left_leg or right_leg")
             })?),
         };
-        let method = match self.method.as_str() {
-            "cones" => BalanceMethod::Cones,
-            "pressure" => BalanceMethod::Pressure,
-            other => return Err(ArgumentError::new("--method", other, "cones or pressure").into()),
-        };
-        let mut settings = BalanceSettings { method, ..BalanceSettings::default() };
-        if let Some(rate) = self.rate {
-            settings.rate = within("--rate", rate, 10.0..=2000.0, "per second")?;
-        }
+        let settings = balance_settings(&self.method, self.rate)?;
         let (sin, cos) = self.direction.to_radians().sin_cos();
         let push = Disturbance::Push { force: self.push, toward: DVec3::new(sin, 0.0, cos) };
         let model = load_character(&self.character)?;

@@ -38,6 +38,20 @@ pub struct Feet {
     json: bool,
 }
 
+/// Settings of the balance, as `--method` and `--rate` ask.
+pub fn balance_settings(method: &str, rate: Option<f64>) -> Result<BalanceSettings, ArgumentError> {
+    let method = match method {
+        "cones" => BalanceMethod::Cones,
+        "pressure" => BalanceMethod::Pressure,
+        other => return Err(ArgumentError::new("--method", other, "cones or pressure")),
+    };
+    let mut settings = BalanceSettings { method, ..BalanceSettings::default() };
+    if let Some(rate) = rate {
+        settings.rate = within("--rate", rate, 10.0..=2000.0, "per second")?;
+    }
+    Ok(settings)
+}
+
 impl Feet {
     pub fn run(&self) -> Outcome {
         let all = experiments();
@@ -47,15 +61,7 @@ impl Feet {
         }
         let trials = self.trials.unwrap_or(if self.quick { 10 } else { 50 });
         within("--trials", trials, 1..=1000, "")?;
-        let method = match self.method.as_str() {
-            "cones" => BalanceMethod::Cones,
-            "pressure" => BalanceMethod::Pressure,
-            other => return Err(ArgumentError::new("--method", other, "cones or pressure").into()),
-        };
-        let mut settings = BalanceSettings { method, ..BalanceSettings::default() };
-        if let Some(rate) = self.rate {
-            settings.rate = within("--rate", rate, 10.0..=2000.0, "per second")?;
-        }
+        let settings = balance_settings(&self.method, self.rate)?;
         let options = SearchOptions { trials, part: 0.9, seed: self.seed, threads: threads(self.threads)? };
         let long = if self.quick { 20.0 } else { 60.0 };
 

@@ -213,24 +213,6 @@ impl TrackedMotion {
         }
     }
 
-    /// The middle level of a gait with all of them.
-    fn with_levels(
-        self,
-        ticks: Vec<TrackedTick>,
-        cycle: CycleShift,
-        tick_rate: f64,
-        mean_speed: f64,
-        levels: Vec<GaitLevel>,
-    ) -> Self {
-        Self { ticks, cycle: Some(cycle), tick_rate, mean_speed, levels, ..self }
-    }
-    fn gait_levels(&self) -> &[GaitLevel] {
-        &self.levels
-    }
-    fn ticks(&self) -> &[TrackedTick] {
-        &self.ticks
-    }
-
     /// The same motion, warped to parameters of its skill.
     pub fn with_warps(mut self, warps: Vec<Warp>) -> Self {
         self.warps = warps;

@@ -505,7 +505,7 @@ impl<R: Real> Tracker<R> {
         }
     }
 
-    /// The next tick: references move on, and their places follow the characters on the max_reference_drift.
+    /// The next tick: references move on, and their places follow the characters that are too far away.
     pub fn advance(&mut self, sim: &Simulator<R>) {
         core::mem::swap(&mut self.now, &mut self.next);
         let motion = self.motion.clone();

@@ -44,7 +44,7 @@ impl TrackedMotion {
             let seconds = clip.duration();
             let cycle = Self::cyclic(clip, model, TICKS as f64 / seconds.max(1e-3), true)?;
             let shift = cycle.cycle().map_or(DVec3::ZERO, |c| c.shift);
-            let mut ticks = cycle.ticks().to_vec();
+            let mut ticks = cycle.ticks.clone();
             let travel = shift.try_normalize().filter(|_| shift.length() > NO_STRIDE).unwrap_or(DVec3::NEG_Z);
             for (n, tick) in ticks.iter_mut().enumerate() {
                 let gone = shift * (n as f64 / TICKS as f64);
@@ -66,12 +66,13 @@ impl TrackedMotion {
         let Some(middle) = middle else { return Err(ClipError::NoPoses { clip: "gait".into() }) };
         let level = &levels[cycles.len() / 2];
         let still = CycleShift { turn: (1.0, 0.0), shift: DVec3::ZERO };
-        Ok(middle.with_levels(level.ticks.clone(), still, tick_rate, level.speed, levels))
+        let (ticks, mean_speed) = (level.ticks.clone(), level.speed);
+        Ok(Self { ticks, cycle: Some(still), tick_rate, mean_speed, levels, ..middle })
     }
 
     /// The speeds of a gait, ascending; empty for other motions.
     pub fn levels(&self) -> &[GaitLevel] {
-        self.gait_levels()
+        &self.levels
     }
 
     /// The pace nearest to a speed (m/s) that the gait has.
