@@ -15,6 +15,7 @@ const FILE_FIELDS: &[&str] = &[
     "acceleration",
     "mass_on_path",
     "seconds",
+    "contacts",
     "poses",
     "mirrored",
     "repeat",
