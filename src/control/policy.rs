@@ -158,7 +158,6 @@ impl Policy {
     }
 
     /// A number that tells it from other policies in memory.
-    #[cfg(feature = "engine")]
     pub(crate) fn address(&self) -> usize {
         Arc::as_ptr(&self.contract).addr()
     }

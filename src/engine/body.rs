@@ -264,6 +264,10 @@ impl AthleteBody {
                     let skill = director.player().skill().name().to_owned();
                     self.events.push(BodyEvent::Parameter { time, skill, parameter, reason });
                 }
+                DirectorEvent::Plan(view) => {
+                    let name = |k: usize| director.graph().skills()[k].name().to_owned();
+                    self.events.push(BodyEvent::Plan { time, obstacle: view.obstacle, plan: view.plan.map(name) });
+                }
                 DirectorEvent::Ended => {}
             }
         }

@@ -66,7 +66,7 @@ impl AthleteBody {
             return false;
         }
         let Controller::Direct { director, .. } = &mut self.controller else { return false };
-        director.prepare(&mut self.simulator);
+        director.prepare(&mut self.simulator, terrain);
         director.player_mut().look_ahead(&mut self.simulator, terrain);
         true
     }

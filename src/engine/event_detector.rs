@@ -7,6 +7,7 @@ use crate::engine::QuarantineReason;
 use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
+use crate::skill::planner::{Obstacle, Refusal};
 use crate::skill::{BadParameter, NoEntry};
 use bevy::math::DVec3;
 
@@ -29,6 +30,7 @@ pub(super) enum BodyEvent {
     SkillEnded { time: f64, skill: String },
     SkillRefused { time: f64, skill: String, reason: NoEntry },
     Parameter { time: f64, skill: String, parameter: String, reason: BadParameter },
+    Plan { time: f64, obstacle: Obstacle, plan: Result<String, Refusal> },
     Fell { time: f64, link: usize },
     GripSlipped { time: f64, grip: usize },
     Finished { time: f64 },

@@ -3,6 +3,7 @@
 
 use crate::contact::BladeEdge;
 use crate::engine::{AthleteRefusal, LinkId, QuarantineReason};
+use crate::skill::planner::{ObstacleKind, Refusal};
 use crate::skill::{BadParameter, NoEntry};
 use bevy::math::DVec3;
 use bevy::prelude::*;
@@ -127,6 +128,28 @@ pub struct ParameterRefused {
     pub parameter: String,
     /// Why, and what is taken in its place.
     pub reason: BadParameter,
+}
+
+/// An athlete on a course ([`AthleteController::Course`](super::AthleteController::Course)) has seen the next obstacle, or thinks otherwise of it: which skill will
+/// clear it, or why it stops before it.
+#[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
+pub struct ObstaclePlanned {
+    /// The athlete.
+    pub entity: Entity,
+    /// Simulated time, s.
+    pub time: f64,
+    /// What it is.
+    pub kind: ObstacleKind,
+    /// From the athlete to its beginning, m.
+    pub distance: f64,
+    /// Height against the ground before it, m; of a way down and a gap negative.
+    pub height: f64,
+    /// Length along the way, m; as far as is seen where it goes on.
+    pub depth: f64,
+    /// The skill that will clear it.
+    pub skill: Option<String>,
+    /// Why none will.
+    pub refusal: Option<Refusal>,
 }
 
 /// The trunk or the head touches the world, and the centre of mass is below half its standing height above it. Told once

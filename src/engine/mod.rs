@@ -70,7 +70,7 @@
 //! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`ObstaclePlanned`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod arena;
 mod arrival;
@@ -135,7 +135,7 @@ pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused, SkillMisfit};
 pub use events::{
     AthleteFell, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished,
-    GripSlipped, Landing, ParameterRefused, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    GripSlipped, Landing, ObstaclePlanned, ParameterRefused, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]

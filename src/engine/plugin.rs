@@ -8,7 +8,7 @@ use crate::engine::{
     AthleteDiagnosticsPlugin, AthleteFell, AthleteForces, AthleteHistory, AthleteInput, AthleteLanes, AthleteLod,
     AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset,
     AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteTime, AthleteViewer,
-    AthleteWorld, BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses,
+    AthleteWorld, BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ObstaclePlanned,
     ParameterRefused, PerformSkill, PlaybackSpeed, Refused, SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link,
     controller, forces, interpolation, spawn, systems,
 };
@@ -84,6 +84,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<SkillEnded>()
             .add_message::<SkillRefused>()
             .add_message::<ParameterRefused>()
+            .add_message::<ObstaclePlanned>()
             .add_message::<PerformSkill>()
             .add_message::<AthleteFell>()
             .add_message::<GripSlipped>()

@@ -9,9 +9,10 @@ use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::{
     AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, AthleteTime,
-    BladeEdgeChanged, BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ParameterRefused,
-    Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    BladeEdgeChanged, BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ObstaclePlanned,
+    ParameterRefused, Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
+use crate::skill::planner::Obstacle;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -116,6 +117,7 @@ pub(super) struct Writers<'w> {
     skill_ends: MessageWriter<'w, SkillEnded>,
     skill_refusals: MessageWriter<'w, SkillRefused>,
     parameters: MessageWriter<'w, ParameterRefused>,
+    plans: MessageWriter<'w, ObstaclePlanned>,
     quarantines: MessageWriter<'w, AthleteQuarantined>,
 }
 
@@ -149,6 +151,13 @@ pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 BodyEvent::Parameter { time, skill, parameter, reason } => {
                     warn!("athlete {entity}: {skill}: parameter {parameter}: {reason}");
                     both(c, &mut writers.parameters, ParameterRefused { entity, time, skill, parameter, reason });
+                }
+                BodyEvent::Plan { time, obstacle, plan } => {
+                    let Obstacle { kind, distance, height, depth, .. } = obstacle;
+                    let (skill, refusal) =
+                        plan.map_or_else(|refusal| (None, Some(refusal)), |skill| (Some(skill), None));
+                    let planned = ObstaclePlanned { entity, time, kind, distance, height, depth, skill, refusal };
+                    both(c, &mut writers.plans, planned);
                 }
                 BodyEvent::GripSlipped { time, grip } => {
                     both(c, &mut writers.slips, GripSlipped { entity, time, grip });

@@ -42,7 +42,7 @@ pub struct KeyContact {
     /// in one repetition, halves between them allowed. A number beyond the last pose reaches into the mirror image or the next repetition.
     pub points: BTreeMap<String, (f64, f64)>,
     /// Where the middle of the points is, m: to the right of the path, height of the ground, and along the path from its beginning. By default where
-    /// the poses have it on average, on the ground.
+    /// the poses have it on average, on what they stand on.
     #[serde(default)]
     pub at: Option<(f64, f64, f64)>,
 }
@@ -113,14 +113,14 @@ impl KeyContact {
 }
 
 impl Pins {
-    /// The prints of all contacts of a motion whose poses (before anything is pinned) are given by `pose_at`. `ground` is the height of what
-    /// is below a point, m.
+    /// The prints of all contacts of a motion whose poses (before anything is pinned), and what they stand on (m), are given by `pose_at`.
+    /// `ground` is the height of what is below a point, which is told what the poses stand on, m.
     pub(crate) fn new(
         contacts: &[KeyContact],
         model: &CharacterModel,
         schedule: &Schedule,
-        pose_at: impl Fn(f64) -> ModelPose,
-        ground: impl Fn(DVec3) -> f64,
+        pose_at: impl Fn(f64) -> (ModelPose, f64),
+        ground: impl Fn(DVec3, f64) -> f64,
     ) -> Self {
         let mut pins = Vec::new();
         let halves = if schedule.mirrored { 2 } else { 1 };
@@ -169,20 +169,23 @@ fn print(
     points: &[(usize, (f64, f64))],
     at: Option<(f64, f64, f64)>,
     model: &CharacterModel,
-    pose_at: &impl Fn(f64) -> ModelPose,
-    ground: &impl Fn(DVec3) -> f64,
+    pose_at: &impl Fn(f64) -> (ModelPose, f64),
+    ground: &impl Fn(DVec3, f64) -> f64,
 ) -> Vec<Pin> {
     const SAMPLES: usize = 24;
     let rest = model.rest_positions();
     let flat = |v: DVec3| DVec2::new(v.x, v.z);
     let mut places = Vec::new();
+    let mut support = 0.0;
     // Of every point its mean place while it lies still, and how it lies in the body at rest.
     let means: Vec<DVec2> = points
         .iter()
         .map(|(point, (from, to))| {
             let sum: DVec2 = (0..SAMPLES)
                 .map(|k| {
-                    pose_at(from + (to - from) * (k as f64 + 0.5) / SAMPLES as f64).link_transforms(model, &mut places);
+                    let (pose, below) = pose_at(from + (to - from) * (k as f64 + 0.5) / SAMPLES as f64);
+                    pose.link_transforms(model, &mut places);
+                    support += below / (SAMPLES * points.len()) as f64;
                     flat(center(model, *point, &places))
                 })
                 .sum();
@@ -216,7 +219,7 @@ fn print(
             let p = place + turn.rotate(*rest - rest_middle);
             let radius = model.contact_points[*point].radius;
             // Above everything that could be below it.
-            let height = given.unwrap_or_else(|| ground(DVec3::new(p.x, 1e3, p.y)));
+            let height = given.unwrap_or_else(|| ground(DVec3::new(p.x, 1e3, p.y), support));
             Pin { point: *point, seconds: *seconds, place: DVec3::new(p.x, height + radius, p.y) }
         })
         .collect()

@@ -91,9 +91,12 @@ pub struct KeyPose {
     /// Place of the root, or with `mass_on_path` of the centre of mass, beside the path, m: to the right of the heading.
     #[serde(default)]
     pub lateral: f64,
-    /// Height of the root, m; by default the lowest contact point is on the ground. Given in every pose or in none.
+    /// Height of the root, m; by default the lowest contact point is on the support. Given in every pose or in none.
     #[serde(default)]
     pub height: Option<f64>,
+    /// Height of what the pose stands on, m: the top of a box, of a stair. Heights are those of the poses between.
+    #[serde(default)]
+    pub support: f64,
     /// Turn about the vertical from the heading, degrees, to the left; beyond 360 it counts whole turns. Comes before
     /// `root`.
     #[serde(default)]
@@ -179,7 +182,7 @@ impl KeyPose {
 /// Largest file, bytes.
 const MAX_KEY_POSE_BYTES: u64 = 4 << 20;
 
-/// One row of curves: lateral place, height and turn, root rotation, then the joints; degrees and metres.
+/// One row of curves: lateral place, height and turn, root rotation, support, then the joints; degrees and metres.
 type Row = Vec<DVec3>;
 
 impl KeyPoses {
@@ -252,6 +255,9 @@ impl KeyPoses {
                     return bad(place("height"), "none".into(), "a height in every pose, or in none");
                 }
                 _ => {}
+            }
+            if !(-100.0..=100.0).contains(&pose.support) {
+                return bad(place("support"), pose.support.to_string(), "-100 to 100 m");
             }
             if !(-10_000.0..=10_000.0).contains(&pose.turn) {
                 return bad(place("turn"), pose.turn.to_string(), "at most 10000 degrees");
@@ -328,9 +334,9 @@ impl KeyPoses {
         (place, heading)
     }
 
-    /// The clip of these poses for a character, on level ground at height 0.
+    /// The clip of these poses for a character; contacts lie on what the poses stand on.
     pub fn to_clip(&self, model: &CharacterModel) -> Result<MotionClip, KeyPoseError> {
-        self.to_clip_on(model, |_| 0.0)
+        self.clip_with(model, |_, support| support)
     }
 
     /// The clip of these poses for a character on ground whose height (m) below a point is given: contacts lie on it.
@@ -339,13 +345,22 @@ impl KeyPoses {
         model: &CharacterModel,
         ground: impl Fn(DVec3) -> f64,
     ) -> Result<MotionClip, KeyPoseError> {
+        self.clip_with(model, |point, _| ground(point))
+    }
+
+    /// `ground` is told a point and what the poses stand on there, m.
+    fn clip_with(
+        &self,
+        model: &CharacterModel,
+        ground: impl Fn(DVec3, f64) -> f64,
+    ) -> Result<MotionClip, KeyPoseError> {
         self.check(model)?;
         let names: Vec<String> = model.links.iter().skip(1).map(|l| l.name.clone()).collect();
         let vector = |a: &(f64, f64, f64)| DVec3::new(a.0, a.1, a.2);
         let row = |pose: &KeyPose| -> Row {
             // A height of NaN stands for "on the ground" until the pose is known.
             let place = DVec3::new(pose.lateral, pose.height.unwrap_or(f64::NAN), pose.turn);
-            let mut row = vec![place, vector(&pose.root)];
+            let mut row = vec![place, vector(&pose.root), DVec3::X * pose.support];
             row.extend(names.iter().map(|name| pose.joints.get(name).map_or(DVec3::ZERO, vector)));
             row
         };
@@ -383,17 +398,24 @@ impl KeyPoses {
             let end = (k..airborne.len()).find(|&e| !airborne[e]).unwrap_or(k);
             air.push((times[k - 1], times[end]));
         }
-        let pose_at = |t: f64| {
+        let around = |t: f64| {
             let since = if cyclic && !(0.0..=duration).contains(&t) { t.rem_euclid(duration) } else { t };
             let k = times.partition_point(|x| *x <= since).clamp(1, times.len() - 1) - 1;
             let s = ((since - times[k]) / (times[k + 1] - times[k])).clamp(0.0, 1.0);
-            let around = |k: isize| {
+            let row = |k: isize| {
                 let last = rows.len() as isize - 1;
                 let k = if cyclic { k.rem_euclid(last) } else { k.clamp(0, last) };
                 &rows[k as usize]
             };
             let k = k as isize;
-            let (a, b, c, d) = (around(k - 1), around(k), around(k + 1), around(k + 2));
+            ([row(k - 1), row(k), row(k + 1), row(k + 2)], s)
+        };
+        let support_at = |t: f64| {
+            let ([a, b, c, d], s) = around(t);
+            curve(a[2], b[2], c[2], d[2], s).x
+        };
+        let pose_at = |t: f64| {
+            let ([a, b, c, d], s) = around(t);
             let at = |i: usize| curve(a[i], b[i], c[i], d[i], s);
             let turn = |i: usize| {
                 let v = at(i);
@@ -405,7 +427,7 @@ impl KeyPoses {
             let mut pose = Pose {
                 root_position: path + heading * DVec3::new(place.x, 0.0, 0.0),
                 root_rotation: heading * turned(place.z) * turn(1),
-                joints: (2..b.len()).map(turn).collect(),
+                joints: (3..b.len()).map(turn).collect(),
             };
             pose.root_position.y = if place.y.is_nan() {
                 let mut places = Vec::new();
@@ -417,7 +439,7 @@ impl KeyPoses {
                     let link = &places[p.link];
                     (link.position + link.rotation * p.position).y - p.radius
                 });
-                -lowest.fold(f64::INFINITY, f64::min)
+                at(2).x - lowest.fold(f64::INFINITY, f64::min)
             } else {
                 place.y
             };
@@ -445,7 +467,8 @@ impl KeyPoses {
         };
         let once = &times[..=self.poses.len()];
         let schedule = Schedule { times: once, mirrored: self.mirrored, repeat: self.repeat, cyclic };
-        let pins = Pins::new(&self.contacts, model, &schedule, |t| whole(&free(t)), ground);
+        let figure = |t| (whole(&free(t)), support_at(t));
+        let pins = Pins::new(&self.contacts, model, &schedule, figure, ground);
         for frame in 0..frames {
             let t = frame as f64 / self.frame_rate;
             let mut pose = free(t);

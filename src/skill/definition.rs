@@ -6,6 +6,7 @@ use crate::asset::Character;
 use crate::asset::read_file::read_text;
 use crate::control::terms::ObservationTerm;
 use crate::model::PointRole;
+use crate::skill::planner::Clearance;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -52,6 +53,9 @@ pub struct SkillDefinition {
     /// How parameters move the reference.
     #[serde(default)]
     pub warps: Vec<SkillWarp>,
+    /// What it brings a runner over, for whoever chooses skills on a course.
+    #[serde(default)]
+    pub clears: Option<Clearance>,
     /// What the policy sees; [`ObservationTerm::STANDARD`] by default.
     #[serde(default)]
     pub observation: Option<Vec<ObservationTerm>>,
@@ -366,6 +370,7 @@ impl SkillDefinition {
             parameters: Vec::new(),
             course: None,
             warps: Vec::new(),
+            clears: None,
             observation: None,
             observe: Vec::new(),
             touch: TouchOptions::default(),
@@ -476,7 +481,10 @@ impl SkillDefinition {
             return bad("gains", shown(self.gains), "two numbers from 0 to 1e6");
         }
         let (e, t) = (&self.episode, &self.trial);
-        for (field, seconds) in [("episode.seconds", e.seconds), ("trial.seconds", t.seconds)] {
+        let lengths = t.rows.iter().filter_map(|r| r.seconds.map(|s| ("trial.rows seconds", s)));
+        for (field, seconds) in
+            [("episode.seconds", e.seconds), ("trial.seconds", t.seconds)].into_iter().chain(lengths)
+        {
             if !(0.1..=600.0).contains(&seconds) {
                 return bad(field, seconds.to_string(), "0.1 to 600 s");
             }
@@ -530,6 +538,9 @@ impl SkillDefinition {
         if self.limits.turn.is_some_and(|turn| !(0.0..=core::f64::consts::PI).contains(&turn)) {
             return bad("limits.turn", self.limits.turn.unwrap_or_default().to_string(), "0 to pi rad");
         }
+        if let Some((field, found, valid)) = self.clears.as_ref().and_then(Clearance::fault) {
+            return bad(field, found, valid);
+        }
         let mut names = std::collections::BTreeSet::new();
         if let Some(row) = t.rows.iter().find(|r| r.name.trim().is_empty() || !names.insert(r.name.as_str())) {
             return bad("trial.rows", format!("the name `{}`", row.name), "a name used once");
@@ -553,6 +564,17 @@ impl SkillDefinition {
             }
             if !(low.is_finite() && high.is_finite() && low <= high) {
                 return bad("parameters", format!("{} from {low} to {high}", p.name), "two numbers in order");
+            }
+        }
+        for (row, p) in self.trial.rows.iter().flat_map(|r| r.parameters.iter().map(move |p| (&r.name, p))) {
+            let (low, high) = p.range;
+            let found = format!("{} from {low} to {high} in the row `{row}`", p.name);
+            let Some(whole) = self.parameters.iter().find(|q| q.name == p.name) else {
+                return bad("trial.rows parameters", found, "the name of a parameter of the skill");
+            };
+            if !(whole.range.0 <= low && low <= high && high <= whole.range.1) {
+                let valid = format!("two numbers in order, from {} to {}", whole.range.0, whole.range.1);
+                return bad("trial.rows parameters", found, &valid);
             }
         }
         for warp in &self.warps {

@@ -205,6 +205,18 @@ impl SkillGraph {
         Self::check(known).map(Self::linked)
     }
 
+    /// A skill that repeats, and others between its cycles, each to either side: links lead from the first to the others and back.
+    pub fn around(skills: Vec<Arc<TrainedSkill>>, model: &CharacterModel) -> Result<Self, GraphError> {
+        let known: Vec<GraphSkill> = skills.into_iter().map(GraphSkill::of).collect();
+        let images: Vec<GraphSkill> = known.iter().skip(1).filter(|k| !k.is_image()).map(|k| k.image(model)).collect();
+        let mut graph = Self::check(known.into_iter().chain(images).collect())?;
+        for k in 1..graph.skills.len() {
+            graph.link(0, k);
+            graph.link(k, 0);
+        }
+        Ok(graph)
+    }
+
     fn check(skills: Vec<GraphSkill>) -> Result<Self, GraphError> {
         let first = skills.first().ok_or(GraphError::Empty)?;
         let joints = |s: &GraphSkill| s.skill.motion.tick(0).pose.joints.len().saturating_sub(1);
@@ -276,9 +288,14 @@ impl SkillGraph {
             Some(_) => (transition.leave + last - tick % last) % last,
             None => last.saturating_sub(tick),
         };
+        // The phase of a gait goes by more than a tick in a decision: it may have gone past since the last one.
+        let passed = (last - ticks) % last;
         match ticks {
             0 => Entry::Now { tick: transition.enter },
-            _ => Entry::After { seconds: ticks as f64 / skill.definition.control_rate },
+            _ if skill.motion.cycle().is_some() && passed < skill.motion.most_ticks() => {
+                Entry::Now { tick: transition.enter }
+            }
+            _ => Entry::After { seconds: ticks as f64 * skill.motion.tick_seconds() },
         }
     }
 }

@@ -37,7 +37,7 @@ pub use definition::{
     SteerOptions, TerminationLimits, TouchOptions, TrialOptions, TrialRow, WarpDirection,
 };
 #[cfg(feature = "policy")]
-pub use director::{Director, DirectorEvent, DirectorInput};
+pub use director::{CourseView, Director, DirectorEvent, DirectorInput};
 pub use disturb::Disturbance;
 #[cfg(feature = "policy")]
 pub use graph::{Entry, GraphError, GraphSkill, NoEntry, SkillGraph};

@@ -4,7 +4,7 @@ use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError};
 use crate::contact::{CourseTerrain, Terrain, World};
 use crate::control::terms::ObservationLayout;
-use crate::control::tracking::{STANDS, TARGET_SUBSTEPS, TrackedMotion, TrackerOptions, Warp};
+use crate::control::tracking::{TARGET_SUBSTEPS, TrackedMotion, TrackerOptions, Warp};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, PointRole};
 use crate::skill::{SkillDefinition, TouchOptions, WarpDirection};
@@ -100,6 +100,10 @@ pub fn forbidden_points(model: &CharacterModel) -> Vec<usize> {
     (0..model.contact_points.len()).filter(|p| !on_a_foot(p)).collect()
 }
 
+/// What a motion brings as near to the ground as this may touch it, where a skill may touch what its motion does, m: of two bodies that roll the same way, one is
+/// a little rounder.
+const NEAR: f64 = 0.1;
+
 impl TouchOptions {
     /// [`forbidden_points`] without those that are allowed to touch, where the motion is the reference.
     pub fn forbidden_points(&self, model: &CharacterModel, motion: &TrackedMotion) -> Vec<usize> {
@@ -112,7 +116,7 @@ impl TouchOptions {
                 forbidden.retain(|&p| {
                     let point = &model.contact_points[p];
                     let place = places[point.link].position + places[point.link].rotation * point.position;
-                    place.y - point.radius - tick.support > STANDS
+                    place.y - point.radius - tick.support > NEAR
                 });
             }
         }

@@ -262,6 +262,16 @@ impl SkillPlayer {
         }
         self.tracker.look_ahead(sim, terrain);
     }
+    /// Heights of the ground at `distances` (m) ahead of the root on the reference's way, m against what carries the body.
+    pub(crate) fn profile(
+        &self,
+        sim: &Simulator<f64>,
+        terrain: &impl Terrain<f64>,
+        distances: &[f64],
+        heights: &mut [f64],
+    ) {
+        self.tracker.profile(sim, terrain, distances, heights);
+    }
     /// The skill's parameters, in the order of its file.
     pub fn parameters(&self) -> &[f64] {
         self.tracker.parameters(0)

@@ -175,11 +175,8 @@ fn exploration_anneals_once_the_motion_can_be_done() {
         // Trials that end before anybody can fall can be done. A push that throws the skater is none of them.
         easy.skill.trial.seconds = seconds;
         let row = |k: usize| TrialRow {
-            name: k.to_string(),
-            speed: None,
-            start_speed: None,
             push: (k > 0 && k + 1 == rows).then(|| push("spine", 9e4)),
-            steer: None,
+            ..TrialRow::named(k.to_string())
         };
         easy.skill.trial.rows = (0..rows).map(row).collect();
         let options = TrainOptions { anneal_samples: 1.0, action_std: (0.1, 0.1), anneal: (0.5, 0.5), ..options(1) };

@@ -11,6 +11,14 @@ use bevy::math::DVec3;
 const GLIDE: &str = "skating/two_foot_glide";
 const STROKING: &str = "skating/stroking";
 const CROSSOVER: &str = "skating/forward_crossover";
+const WALK: &str = "walking/walk";
+const RUN: &str = "running/run";
+
+/// Who goes on feet, and how fast, m/s.
+fn gaits() -> [(Performer, f64); 4] {
+    let at = |character, skill, speed: f64| (Performer::new(character, skill).at(speed as f32), speed);
+    [at("foot_human", WALK, 0.6), at("foot_human", WALK, 1.2), at("runner", RUN, 2.2), at("runner", RUN, 3.2)]
+}
 
 /// Who performs, for how long (s), and how far off the way may be from that on the level after it (m).
 fn rows() -> Vec<(Performer, f64, f64)> {
@@ -121,4 +129,41 @@ fn on_steep_slopes_skills_last_as_long_as_they_do() {
         let lasted = found.fell.unwrap_or(6.0);
         assert!(found.stopped.is_none() && lasted >= at_least, "{skill} on {degrees} degrees: {lasted} s");
     }
+}
+
+/// A walk and a run hold their speed, and their way, on the level, on a block, up and down a slope of 5 degrees.
+#[test]
+fn gaits_go_on_level_ground_on_blocks_and_on_slopes() {
+    let footings = [
+        Footing::Block { height: 0.0 },
+        Footing::Block { height: 0.5 },
+        Footing::Slope { degrees: 5.0 },
+        Footing::Slope { degrees: -5.0 },
+    ];
+    for (performer, speed) in gaits() {
+        for footing in footings {
+            goes(&performer, speed, footing);
+        }
+    }
+}
+
+/// On a platform of Avian that moves at 1 m/s in any direction, too, at the same speed over it.
+#[cfg(feature = "avian")]
+#[test]
+fn gaits_go_on_platforms_that_move() {
+    for (performer, speed) in gaits() {
+        for velocity in [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)] {
+            goes(&performer, speed, Footing::Platform { height: 0.5, velocity, carried: true });
+        }
+    }
+}
+
+/// Ten seconds ahead on a footing.
+fn goes(performer: &Performer, speed: f64, footing: Footing) {
+    let found = perform_on(performer, footing, 10.0);
+    let what = format!("{} at {speed} m/s on {footing:?}", performer.skill);
+    told(&what, &found);
+    assert!(found.stands(), "{what}: fell at {:?}", found.fell);
+    assert!((-found.end().z - 10.0 * speed).abs() < 0.15 * 10.0 * speed, "{what}: {:?}", found.end());
+    assert!(found.end().x.abs() < 0.2 * 10.0 * speed, "{what}: {:?}", found.end());
 }

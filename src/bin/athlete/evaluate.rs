@@ -142,7 +142,8 @@ impl Evaluate {
             (Some(n), None) => format!("three pushes of {n} N"),
             (None, s) => format!("{} m/s", s.clone().unwrap_or_default()),
         };
-        trial.rows = vec![TrialRow { name, speed, start_speed: speed, push: self.push.map(push), steer: None }];
+        trial.rows =
+            vec![TrialRow { name, speed, start_speed: speed, push: self.push.map(push), ..TrialRow::default() }];
         Ok(())
     }
 

@@ -206,6 +206,16 @@ impl<R: Real> Tracker<R> {
             }
         }
     }
+    /// Heights of the ground at `distances` (m) ahead of the root on the reference's way, m against what carries each lane.
+    pub fn profile(&self, sim: &Simulator<R>, terrain: &impl Terrain<R>, distances: &[f64], heights: &mut [R]) {
+        let from = sim.state.root_position + Vec3::new(R::zero(), R::splat(SCAN_FROM), R::zero());
+        let mut ahead = self.anchor_heading.to_world(self.now.travel);
+        ahead.y = R::zero();
+        terrain.scan(from, ahead, distances, heights);
+        for height in heights {
+            *height -= self.support.height;
+        }
+    }
     /// Sets the servo gains that the options ask for, in every lane.
     pub fn set_gains(&self, sim: &mut Simulator<R>) {
         if let Some((kp, kd)) = self.options.gains {

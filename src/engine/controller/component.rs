@@ -25,6 +25,14 @@ pub enum AthleteController {
     },
     /// Perform a program: one skill after the other.
     Program(Handle<ProgramAsset>),
+    /// Run where [`AthleteInput`] says, and over what is in the way: boxes, steps, ways down and gaps, wherever they are. The step planner picks
+    /// the running speeds ahead of an obstacle and the skill that clears it; [`ObstaclePlanned`](super::super::ObstaclePlanned) tells what it is up to.
+    Course {
+        /// How it runs: a skill with a gait.
+        run: Handle<SkillAsset>,
+        /// What clears obstacles: skills whose files say what they clear.
+        skills: Vec<Handle<SkillAsset>>,
+    },
     /// Go where [`AthleteInput`] says: straight skills on straight ways, curving ones on curves, others on request
     /// ([`PerformSkill`](super::PerformSkill)).
     Steer {
@@ -37,6 +45,10 @@ impl AthleteController {
     /// One skill.
     pub fn skill(skill: Handle<SkillAsset>) -> Self {
         Self::Skill { skill }
+    }
+    /// A run over obstacles.
+    pub fn course(run: Handle<SkillAsset>, skills: impl IntoIterator<Item = Handle<SkillAsset>>) -> Self {
+        Self::Course { run, skills: skills.into_iter().collect() }
     }
     /// Skills by wish, beginning with the first.
     pub fn steer(skills: impl IntoIterator<Item = Handle<SkillAsset>>) -> Self {

@@ -81,6 +81,12 @@ impl AthleteController {
                 let skills: BTreeMap<_, _> = skills.into_iter().map(|s| (s.name().to_owned(), s)).collect();
                 Director::program(&asset.program, &skills, rate)?
             }
+            Self::Course { run, skills } => {
+                let Some(run) = assets.skill(run, body)? else { return Ok(false) };
+                let Some(skills) = assets.skills(skills, body)? else { return Ok(false) };
+                let rate = rate(&run);
+                Director::course(std::iter::once(run).chain(skills).collect(), body.model(), rate)?
+            }
             Self::Steer { skills } => {
                 let Some(skills) = assets.skills(skills, body)? else { return Ok(false) };
                 let rate = skills.first().map_or(body.model().step_rate, |s| rate(s));
@@ -98,6 +104,9 @@ impl AthleteController {
             Self::Play(handle) => changed.controls.contains(&handle.id()),
             Self::Skill { skill } => changed.skills.contains(&skill.id()),
             Self::Program(handle) => changed.programs.contains(&handle.id()),
+            Self::Course { run, skills } => {
+                std::iter::once(run).chain(skills).any(|h| changed.skills.contains(&h.id()))
+            }
             Self::Steer { skills } => skills.iter().any(|h| changed.skills.contains(&h.id())),
         }
     }

@@ -1,6 +1,6 @@
 //! How the trials of a skill are drawn and judged.
 
-use super::{PushOptions, Range, SteerOptions};
+use super::{PushOptions, Range, SkillParameter, SteerOptions};
 use crate::control::tracking::TrackedMotion;
 use crate::skill::Criterion;
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ impl Default for TrialOptions {
 }
 
 /// One row of a skill's table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrialRow {
     /// Its name.
@@ -71,6 +71,22 @@ pub struct TrialRow {
     /// Commands that change; by default those of the training where the row names no speed.
     #[serde(default)]
     pub steer: Option<SteerOptions>,
+    /// Narrower ranges of some of the skill's parameters; the others are drawn as in training.
+    #[serde(default)]
+    pub parameters: Vec<SkillParameter>,
+    /// Longest trial, s; by default [`TrialOptions::seconds`].
+    #[serde(default)]
+    pub seconds: Option<f64>,
+    /// What a trial of this row has to show; by default [`TrialOptions::success`].
+    #[serde(default)]
+    pub success: Option<Vec<Criterion>>,
+}
+
+impl TrialRow {
+    /// A row that tries the skill as it is trained, but for pushes and commands.
+    pub fn named(name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..Self::default() }
+    }
 }
 
 impl TrialOptions {

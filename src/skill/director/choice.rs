@@ -2,6 +2,7 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::sim::Simulator;
+use crate::skill::director::CourseView;
 use crate::skill::{BadParameter, NoEntry, SkillParameters};
 use glam::DVec3;
 
@@ -87,6 +88,8 @@ pub enum DirectorEvent {
         /// Why.
         reason: BadParameter,
     },
+    /// Another plan for what is ahead.
+    Plan(CourseView),
     /// The last skill ended; its last pose is held.
     Ended,
 }

@@ -1,8 +1,8 @@
 //! The ways to choose what plays.
 
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::skill::director::{BodyView, Choice, DirectorInput, Program, Single, Steering};
-use crate::skill::{Entry, NoEntry, SkillGraph};
+use crate::skill::director::{BodyView, Choice, Course, CourseView, DirectorInput, Program, Single, Steering};
+use crate::skill::{Entry, NoEntry, SkillGraph, SkillParameters};
 
 /// A way to choose what plays, with what it remembers.
 #[derive(Clone, Debug)]
@@ -13,6 +13,8 @@ pub enum DirectorKind {
     Program(Program),
     /// Skills by a wished direction and speed, and on request.
     Steering(Steering),
+    /// A run, and what clears the obstacles on its way.
+    Course(Course),
 }
 
 impl DirectorKind {
@@ -22,13 +24,14 @@ impl DirectorKind {
             Self::Single(single) => single.next(body, graph, input),
             Self::Program(program) => program.next(body, graph),
             Self::Steering(steering) => steering.next(body, graph, input),
+            Self::Course(course) => course.next(body, graph, input),
         }
     }
 
     /// The skill it begins with and the speed it begins with, m/s; `None` is that of its motion.
     pub(super) fn start(&self, input: &DirectorInput) -> (usize, Option<f64>) {
         match self {
-            Self::Single(_) => (0, input.speed),
+            Self::Single(_) | Self::Course(_) => (0, input.speed),
             Self::Program(program) => program.start(),
             Self::Steering(_) => (0, None),
         }
@@ -43,6 +46,10 @@ impl DirectorKind {
                 None
             }
             Self::Steering(steering) => steering.restart(),
+            Self::Course(course) => {
+                course.restart();
+                None
+            }
         }
     }
 
@@ -50,7 +57,7 @@ impl DirectorKind {
     pub fn request(&self) -> Option<usize> {
         match self {
             Self::Steering(steering) => steering.request(),
-            Self::Single(_) | Self::Program(_) => None,
+            Self::Single(_) | Self::Program(_) | Self::Course(_) => None,
         }
     }
 
@@ -58,14 +65,14 @@ impl DirectorKind {
     pub(super) fn drop_request(&mut self) -> Option<usize> {
         match self {
             Self::Steering(steering) => steering.drop_request(),
-            Self::Single(_) | Self::Program(_) => None,
+            Self::Single(_) | Self::Program(_) | Self::Course(_) => None,
         }
     }
 
     /// When a skill would begin, were it asked for.
     pub fn entry(&self, skill: usize, body: &BodyView, graph: &SkillGraph) -> Entry {
         match self {
-            Self::Single(_) | Self::Program(_) => Entry::Never(NoEntry::NotSteered),
+            Self::Single(_) | Self::Program(_) | Self::Course(_) => Entry::Never(NoEntry::NotSteered),
             Self::Steering(steering) => steering.entry(skill, body, graph),
         }
     }
@@ -73,7 +80,7 @@ impl DirectorKind {
     /// Asks for a skill; when it begins.
     pub(super) fn ask(&mut self, skill: usize, body: &BodyView, graph: &SkillGraph) -> Entry {
         match self {
-            Self::Single(_) | Self::Program(_) => Entry::Never(NoEntry::NotSteered),
+            Self::Single(_) | Self::Program(_) | Self::Course(_) => Entry::Never(NoEntry::NotSteered),
             Self::Steering(steering) => steering.ask(skill, body, graph),
         }
     }
@@ -83,7 +90,39 @@ impl DirectorKind {
         match self {
             Self::Single(_) => ended,
             Self::Program(program) => program.is_finished(),
-            Self::Steering(_) => false,
+            Self::Steering(_) | Self::Course(_) => false,
+        }
+    }
+
+    /// The parameters that it has chosen itself; `None` where those that are wished for count.
+    pub(super) fn parameters(&self) -> Option<&SkillParameters> {
+        match self {
+            Self::Course(course) => Some(course.parameters()),
+            Self::Single(_) | Self::Program(_) | Self::Steering(_) => None,
+        }
+    }
+
+    /// Where it wants to know the ground, m ahead of the root, and the heights to be filled in, m against the support.
+    pub(super) fn profile(&mut self) -> Option<(&[f64], &mut [f64])> {
+        match self {
+            Self::Course(course) => Some(course.profile()),
+            Self::Single(_) | Self::Program(_) | Self::Steering(_) => None,
+        }
+    }
+
+    /// How far ahead it looks at the ground, m.
+    pub(super) fn sight(&self) -> f64 {
+        match self {
+            Self::Course(course) => course.sight(),
+            Self::Single(_) | Self::Program(_) | Self::Steering(_) => 0.0,
+        }
+    }
+
+    /// What it plans for an obstacle, where that is new.
+    pub(super) fn take_plan(&mut self) -> Option<CourseView> {
+        match self {
+            Self::Course(course) => course.take_news(),
+            Self::Single(_) | Self::Program(_) | Self::Steering(_) => None,
         }
     }
 
@@ -93,6 +132,7 @@ impl DirectorKind {
             Self::Single(_) => format!("the skill {}", graph.skills()[0].name()),
             Self::Program(program) => format!("a program of {} elements", program.elements().len()),
             Self::Steering(_) => format!("steering among {} skills", graph.skills().len()),
+            Self::Course(_) => format!("a course with {} skills", graph.skills().len()),
         }
     }
 
@@ -110,6 +150,7 @@ impl DirectorKind {
                 }
             }
             Self::Steering(_) => out.byte(2),
+            Self::Course(_) => out.byte(3),
         }
     }
 
@@ -119,6 +160,7 @@ impl DirectorKind {
             Self::Single(_) => {}
             Self::Program(program) => program.write_state(out),
             Self::Steering(steering) => steering.write_state(out),
+            Self::Course(course) => course.write_state(out),
         }
     }
 
@@ -128,6 +170,7 @@ impl DirectorKind {
             Self::Single(_) => Ok(()),
             Self::Program(program) => program.read_state(from),
             Self::Steering(steering) => steering.read_state(from, graph),
+            Self::Course(course) => course.read_state(from, graph),
         }
     }
 }

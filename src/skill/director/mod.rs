@@ -5,11 +5,12 @@
 //! | `player` | [`Director`]: one body through the skills that are chosen for it |
 //! | `choice` | what a kind is told and what it answers: [`BodyView`], [`DirectorInput`], [`Choice`], [`DirectorEvent`] |
 //! | `kind` | [`DirectorKind`]: the ways to choose, one variant each |
-//! | `single`, `program`, `steering` | one file for each way |
+//! | `single`, `program`, `steering`, `course` | one file for each way |
 //!
 //! Another way to choose is a variant of [`DirectorKind`], with its arms in `kind.rs`, and its file here.
 
 mod choice;
+mod course;
 mod kind;
 mod player;
 mod program;
@@ -17,6 +18,7 @@ mod single;
 mod steering;
 
 pub use choice::{BodyView, Choice, DirectorEvent, DirectorInput};
+pub use course::{Course, CourseView};
 pub use kind::DirectorKind;
 pub use player::Director;
 pub use program::Program;

@@ -7,7 +7,9 @@ use crate::control::terms::ObservationTerm;
 use crate::control::tracking::Heading;
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
-use crate::skill::director::{BodyView, Choice, DirectorEvent, DirectorInput, DirectorKind, Program, Single, Steering};
+use crate::skill::director::{
+    BodyView, Choice, Course, DirectorEvent, DirectorInput, DirectorKind, Program, Single, Steering,
+};
 use crate::skill::{
     BadParameter, Entry, GraphError, NoEntry, ProgramDefinition, ProgramError, SkillGraph, SkillPlayer, TrainedSkill,
 };
@@ -97,6 +99,13 @@ impl Director {
     pub fn steering(skills: Vec<Arc<TrainedSkill>>, model: &CharacterModel, rate: f64) -> Result<Self, GraphError> {
         let graph = SkillGraph::both_sides(skills, model)?;
         Self::new(Arc::new(graph), DirectorKind::Steering(Steering::default()), rate)
+    }
+
+    /// A run over obstacles: the first skill runs, the others clear what their files say (`clears`), each to either side.
+    pub fn course(skills: Vec<Arc<TrainedSkill>>, model: &CharacterModel, rate: f64) -> Result<Self, GraphError> {
+        let graph = SkillGraph::around(skills, model)?;
+        let kind = DirectorKind::Course(Course::new(&graph));
+        Self::new(Arc::new(graph), kind, rate)
     }
 
     /// The skills and their transitions.
@@ -228,7 +237,7 @@ impl Director {
     /// Gives the present skill the parameters that are wished for. What is wrong with one is told; names that no skill has, once.
     fn choose_parameters(&mut self) {
         let first = !std::mem::replace(&mut self.heard, true);
-        let (wished, events) = (&self.input.parameters, &mut self.events);
+        let (wished, events) = (self.kind.parameters().unwrap_or(&self.input.parameters), &mut self.events);
         let mut tell = |name: &str, reason| {
             events.push_back(DirectorEvent::Parameter { name: name.to_owned(), reason });
         };
@@ -255,15 +264,21 @@ impl Director {
     /// step.
     pub fn drive(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) -> Result<(), PolicyError> {
         if self.player.at_decision() {
-            self.prepare(sim);
+            self.prepare(sim, terrain);
         }
         self.player.drive(sim, terrain)
     }
 
     /// What comes before a decision: going over to another skill where it is time, its speed and its turn.
-    pub(crate) fn prepare(&mut self, sim: &mut Simulator<f64>) {
+    pub(crate) fn prepare(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        if let Some((distances, heights)) = self.kind.profile() {
+            self.player.profile(sim, terrain, distances, heights);
+        }
         let mut view = self.view(sim);
         let Choice { enter, speed, turn } = self.kind.next(&mut view, &self.graph, &self.input);
+        if let Some(plan) = self.kind.take_plan() {
+            self.events.push_back(DirectorEvent::Plan(plan));
+        }
         if let Some((skill, tick)) = enter {
             let support = self.player.support();
             self.enter(skill);
@@ -296,7 +311,7 @@ impl Director {
     /// How far from its root one of the skills looks at the ground, m; zero where none does.
     pub fn sees_ground_within(&self) -> f64 {
         let terms = self.graph.skills().iter().flat_map(|s| &s.skill.layout.terms);
-        terms.flat_map(ObservationTerm::heights_ahead).fold(0.0, |far, d| far.max(d.abs()))
+        terms.flat_map(ObservationTerm::heights_ahead).fold(self.kind.sight(), |far, d| far.max(d.abs()))
     }
 
     /// A name for people; what it is made of is written to `out`.

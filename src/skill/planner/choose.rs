@@ -2,29 +2,61 @@
 
 use super::approach::{Approach, ApproachTask, StepLaw, approach};
 use super::obstacle::{Obstacle, ObstacleKind};
+use serde::{Deserialize, Serialize};
 
 /// What a skill can clear, and how it has to be entered.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Clearance {
-    /// Name of the skill.
+    /// Name of the skill; in its own file it goes without saying.
+    #[serde(skip)]
     pub skill: String,
     /// What it clears.
     pub kind: ObstacleKind,
     /// Heights that it clears, m; of ways down and gaps, how far down, as a positive number.
     pub heights: (f64, f64),
-    /// Lengths along the way that it clears, m.
+    /// Lengths along the way that it clears, m; they do not count where the obstacle goes on.
+    #[serde(default)]
     pub depths: (f64, f64),
     /// How far the ground behind may differ from that before, m; it does not count where the obstacle goes on.
+    #[serde(default = "level")]
     pub behind: f64,
     /// From its beginning to the obstacle, m.
     pub take_off: f64,
     /// Speed at its beginning for the lowest and the highest obstacle, m/s.
     pub speeds_in: (f64, f64),
     /// Part of the trials at lowest and highest that succeeded, 0 to 1.
+    #[serde(default = "sure")]
     pub success: (f64, f64),
 }
 
+fn level() -> f64 {
+    0.1
+}
+fn sure() -> (f64, f64) {
+    (1.0, 1.0)
+}
+
 impl Clearance {
+    /// The field that cannot be used, what it holds, and what would be valid.
+    pub(crate) fn fault(&self) -> Option<(&'static str, String, &'static str)> {
+        let pairs = [
+            ("clears.heights", self.heights, 20.0),
+            ("clears.depths", self.depths, 1e3),
+            ("clears.speeds_in", self.speeds_in, 30.0),
+            ("clears.success", self.success, 1.0),
+        ];
+        for (field, (low, high), most) in pairs {
+            let ordered = low <= high || matches!(field, "clears.speeds_in" | "clears.success");
+            if !((0.0..=most).contains(&low) && (0.0..=most).contains(&high) && ordered) {
+                return Some((field, format!("({low}, {high})"), "two numbers in order, 0 to 20 m, 1000 m, 30 m/s, 1"));
+            }
+        }
+        let single = [("clears.behind", self.behind), ("clears.take_off", self.take_off)];
+        let wrong = single.into_iter().find(|(_, value)| !(0.0..=100.0).contains(value));
+        wrong.map(|(field, value)| (field, value.to_string(), "0 to 100 m"))
+    }
+
     /// Where in its range of heights an obstacle is, 0 to 1.
     fn part(&self, height: f64) -> f64 {
         let (low, high) = self.heights;
@@ -60,6 +92,7 @@ impl Clearance {
 
 /// Why an obstacle is not approached.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(feature = "engine", derive(bevy::reflect::Reflect))]
 #[non_exhaustive]
 pub enum Refusal {
     /// No skill clears this kind of obstacle.
@@ -112,6 +145,8 @@ pub enum Refusal {
 pub struct Plan {
     /// Index of the skill in the list that was given.
     pub skill: usize,
+    /// Speed at which the skill begins, m/s.
+    pub speed_in: f64,
     /// The steps up to it.
     pub approach: Approach,
     /// Chance of success, 0 to 1.
@@ -167,7 +202,7 @@ pub fn plan(
         }
         let better = best.as_ref().is_none_or(|b| (chance, -found.cost) > (b.chance, -b.approach.cost));
         if better {
-            best = Some(Plan { skill: k, approach: found, chance });
+            best = Some(Plan { skill: k, speed_in: wanted, approach: found, chance });
         }
     }
     best.ok_or(refusal)

@@ -1,7 +1,10 @@
 //! The next obstacle, read from heights ahead.
 
+use serde::{Deserialize, Serialize};
+
 /// What an obstacle is to a runner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "engine", derive(bevy::reflect::Reflect))]
 pub enum ObstacleKind {
     /// Higher ground that ends again soon: a box, a wall, a rail.
     Over,

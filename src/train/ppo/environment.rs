@@ -220,7 +220,7 @@ impl<R: Real> Environment<R> {
             }
         };
         if !task.skill.parameters.is_empty() {
-            let values: Vec<f64> = task.skill.parameters.iter().map(|p| draw(random, p.range)).collect();
+            let values: Vec<f64> = task.drawn_from.iter().map(|range| draw(random, *range)).collect();
             self.tracker.set_parameters(lane, &values, &task.skill.normalise(&values));
             if let Some(course) = &mut self.course {
                 course.draw(lane, &task.skill, &values, random);

@@ -107,6 +107,8 @@ pub struct SkillTask {
     pub before: Vec<(Arc<TrackedMotion>, Transition)>,
     /// Trials end and count as the skill's `trial` says, not as in training.
     pub judged: bool,
+    /// What each of the skill's parameters is drawn from, in its unit.
+    pub drawn_from: Vec<Range>,
 }
 
 impl SkillTask {
@@ -131,6 +133,7 @@ impl SkillTask {
             push_link,
             before: Vec::new(),
             judged: false,
+            drawn_from: skill.parameters.iter().map(|p| p.range).collect(),
             clip: clip.clone(),
             standing_feet: standing_feet(&free),
             free_feet: free,
@@ -175,6 +178,10 @@ impl SkillTask {
         let pushes = skill.episode.push.iter().chain(skill.trial.rows.iter().filter_map(|r| r.push.as_ref()));
         let asking = [
             ("trial.success", skill.trial.success.iter().any(Criterion::needs_feet)),
+            (
+                "trial.rows success",
+                skill.trial.rows.iter().filter_map(|r| r.success.as_ref()).flatten().any(Criterion::needs_feet),
+            ),
             ("limits.free_foot", skill.limits.free_foot),
             ("limits.standing_foot", skill.limits.standing_foot),
             ("push.airborne", pushes.into_iter().any(|p| p.airborne)),
@@ -219,7 +226,7 @@ impl SkillTask {
     /// The skill's table: for each row its name and the task that its trials are made of.
     pub fn trials(&self) -> Result<Vec<(String, Arc<Self>)>, TaskError> {
         let trial = &self.skill.trial;
-        let plain = TrialRow { name: "unpushed".into(), speed: None, start_speed: None, push: None, steer: None };
+        let plain = TrialRow::named("unpushed");
         let rows = if trial.rows.is_empty() { core::slice::from_ref(&plain) } else { &trial.rows };
         rows.iter().map(|row| Ok((row.name.clone(), Arc::new(self.trial(row)?)))).collect()
     }
@@ -232,7 +239,7 @@ impl SkillTask {
         let start = trial.start.or(self.motion.cycle().is_none().then_some((0.0, 0.0)));
         let episode = &mut task.skill.episode;
         *episode = EpisodeOptions {
-            seconds: trial.seconds,
+            seconds: row.seconds.unwrap_or(trial.seconds),
             speed: row.speed.or(episode.speed),
             start_speed: row.start_speed.or(if row.speed.is_some() { None } else { episode.start_speed }),
             friction: trial.friction,
@@ -245,6 +252,14 @@ impl SkillTask {
             after_share: 0.0,
             begin_share: 0.0,
         };
+        for (range, p) in task.drawn_from.iter_mut().zip(&self.skill.parameters) {
+            if let Some(narrower) = row.parameters.iter().find(|q| q.name == p.name) {
+                *range = narrower.range;
+            }
+        }
+        if let Some(success) = &row.success {
+            task.skill.trial.success.clone_from(success);
+        }
         task.push_link = link_of(&task.model, &self.skill, row.push.as_ref())?;
         Ok(task)
     }

@@ -23,7 +23,7 @@ const FILE_FIELDS: &[&str] = &[
     "windows",
     "optimize",
 ];
-const POSE_FIELDS: &[&str] = &["lateral", "height", "turn", "airborne", "root", "joints"];
+const POSE_FIELDS: &[&str] = &["lateral", "height", "support", "turn", "airborne", "root", "joints"];
 
 /// Decimals of degrees, of metres, and of seconds.
 const DEGREES: i32 = 2;

@@ -83,6 +83,20 @@ impl TrackedMotion {
         }
     }
 
+    /// Most ticks that one decision can go on by, rounded up: 1 but for a gait.
+    pub fn most_ticks(&self) -> usize {
+        let fastest = self.levels().iter().map(|l| TICKS as f64 / (l.seconds * self.tick_rate())).fold(1.0, f64::max);
+        fastest.ceil() as usize
+    }
+
+    /// Mean length of a tick, s.
+    pub fn tick_seconds(&self) -> f64 {
+        match self.levels() {
+            [] => 1.0 / self.tick_rate(),
+            levels => levels[levels.len() / 2].seconds / TICKS as f64,
+        }
+    }
+
     /// The two levels around a pace (m/s), how far it is from the first to the second, and the cycles per second.
     fn around(&self, pace: f64) -> (&GaitLevel, &GaitLevel, f64, f64) {
         let levels = self.levels();
