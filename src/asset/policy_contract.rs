@@ -77,6 +77,33 @@ pub struct ActionLayout {
     pub scale: f64,
     /// Names of the links, three numbers each, in this order.
     pub links: Vec<String>,
+    /// Joints whose gains it sets; none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gains: Option<GainAction>,
+}
+
+/// Joints whose servo gains an action sets: its last numbers, one for each, from -1 to 1. The stiffness is multiplied by `factor` to that power, the
+/// damping by the root of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GainAction {
+    /// Names of the links.
+    pub links: Vec<String>,
+    /// Largest factor on the stiffness, 1 to 100; the smallest is its reciprocal.
+    pub factor: f64,
+}
+
+impl GainAction {
+    /// What cannot be used: the field, what it holds, and what would be valid.
+    pub(crate) fn fault(&self) -> Option<(&'static str, String, &'static str)> {
+        if self.links.is_empty() || self.links.len() > MAX_ACTION_LINKS {
+            return Some(("links", format!("{} links", self.links.len()), "1 to 1000 links"));
+        }
+        if let Some(name) = first_bad_name(self.links.iter()) {
+            return Some(("links", format!("a link named `{}`", shortened(name)), "names, each used once"));
+        }
+        (!(1.0..=100.0).contains(&self.factor)).then(|| ("factor", self.factor.to_string(), "1 to 100"))
+    }
 }
 
 /// The motion that the policy follows.
@@ -208,9 +235,9 @@ impl PolicyContract {
         self.observation.iter().map(|b| b.size).fold(0, usize::saturating_add)
     }
 
-    /// Numbers in an action: three for each link.
+    /// Numbers in an action: three for each link, and one for each joint whose gains it sets.
     pub fn action_size(&self) -> usize {
-        self.action.links.len() * 3
+        self.action.links.len() * 3 + self.action.gains.as_ref().map_or(0, |g| g.links.len())
     }
 
     /// The skill's own settings as a type of the skill's own.
@@ -302,7 +329,10 @@ impl PolicyContract {
     }
 
     fn check_action(&self) -> Result<(), ContractError> {
-        let ActionLayout { scale, links, .. } = &self.action;
+        let ActionLayout { scale, links, gains, .. } = &self.action;
+        if let Some((field, found, valid)) = gains.as_ref().and_then(GainAction::fault) {
+            return refuse(&format!("action.gains.{field}"), found, valid);
+        }
         if !(scale.is_finite() && *scale > 0.0 && *scale <= 10.0) {
             return refuse("action.scale", scale, "above 0, at most 10 rad");
         }

@@ -3,7 +3,7 @@
 //! One comparison for the command line, for training and for a game: whoever plays a policy says what it would play in a
 //! [`PolicyUse`], and the first difference is named. Names of skill and character do not matter, the numbers do.
 
-use crate::asset::policy_contract::{CONTRACT_VERSION, ObservationBlock, PolicyContract};
+use crate::asset::policy_contract::{CONTRACT_VERSION, GainAction, ObservationBlock, PolicyContract};
 
 /// What would be played with a policy: by the skill's description and the body.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +14,8 @@ pub struct PolicyUse {
     pub links: Vec<String>,
     /// Factor on every number of the action, rad.
     pub action_scale: f64,
+    /// Joints whose gains would be told.
+    pub gain_action: Option<GainAction>,
     /// Actions per second.
     pub control_rate: f64,
     /// Stiffness (N m/rad) and damping (N m s/rad) of all servos; `None` for those of the character file.
@@ -100,6 +102,13 @@ impl PolicyContract {
         if self.action.scale != played.action_scale {
             let text = |scale: f64| format!("{scale} rad");
             return misfit("action.scale", text(self.action.scale), text(played.action_scale));
+        }
+        if self.action.gains != played.gain_action {
+            let text = |gains: &Option<GainAction>| match gains {
+                Some(GainAction { links, factor }) => format!("a factor of {factor} on {}", links.join(", ")),
+                None => "none".into(),
+            };
+            return misfit("action.gains", text(&self.action.gains), text(&played.gain_action));
         }
         Ok(())
     }

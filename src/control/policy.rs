@@ -126,6 +126,7 @@ impl Policy {
             observation: contract.observation.clone(),
             links: model.links.iter().skip(1).map(|link| link.name.clone()).collect(),
             action_scale: contract.action.scale,
+            gain_action: contract.action.gains.clone(),
             control_rate: contract.control_rate,
             gains: contract.gains,
             cyclic: contract.reference.cyclic,

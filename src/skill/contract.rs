@@ -14,6 +14,7 @@ impl SkillDefinition {
             observation: self.layout(model).blocks,
             links: model.links.iter().skip(1).map(|link| link.name.clone()).collect(),
             action_scale: self.action_scale,
+            gain_action: self.gain_action.clone(),
             control_rate: self.control_rate,
             gains: self.gains,
             cyclic: self.cyclic,
@@ -45,6 +46,7 @@ impl SkillDefinition {
         skill.control_rate = contract.control_rate;
         skill.action_scale = contract.action.scale;
         skill.gains = contract.gains;
+        skill.gain_action.clone_from(&contract.action.gains);
         Ok(skill)
     }
 }

@@ -3,6 +3,7 @@
 mod trial;
 
 use crate::asset::Character;
+use crate::asset::policy_contract::GainAction;
 use crate::asset::read_file::read_text;
 use crate::control::terms::ObservationTerm;
 use crate::model::PointRole;
@@ -80,6 +81,9 @@ pub struct SkillDefinition {
     /// Offset of a joint's target for an action of one, rad.
     #[serde(default = "action_scale")]
     pub action_scale: f64,
+    /// Joints whose servo gains the policy sets, besides their targets.
+    #[serde(default)]
+    pub gain_action: Option<GainAction>,
     /// Servo gains (kp N m/rad, kd N m s/rad) instead of the character's.
     #[serde(default)]
     pub gains: Option<(f64, f64)>,
@@ -379,6 +383,7 @@ impl SkillDefinition {
             control_rate: thirty(),
             training_rate: None,
             action_scale: action_scale(),
+            gain_action: None,
             gains: None,
             max_reference_drift: None,
             episode: EpisodeOptions::default(),
@@ -461,6 +466,9 @@ impl SkillDefinition {
         }
         if !(0.0..=3.0).contains(&self.action_scale) {
             return bad("action_scale", self.action_scale.to_string(), "0 to 3 rad");
+        }
+        if let Some((_, found, valid)) = self.gain_action.as_ref().and_then(GainAction::fault) {
+            return bad("gain_action", found, valid);
         }
         if !(0.0..=60.0).contains(&self.hold) {
             return bad("hold", self.hold.to_string(), "0 to 60 s");

@@ -3,11 +3,11 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError};
 use crate::contact::{CourseTerrain, Terrain, World};
-use crate::control::terms::ObservationLayout;
+use crate::control::terms::{GainTerm, ObservationLayout};
 use crate::control::tracking::{TARGET_SUBSTEPS, TrackedMotion, TrackerOptions, Warp};
 use crate::math::Vec3;
 use crate::model::{CharacterModel, PointRole};
-use crate::skill::{SkillDefinition, TouchOptions, WarpDirection};
+use crate::skill::{SkillDefinition, SkillError, TouchOptions, WarpDirection};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -77,7 +77,25 @@ impl SkillDefinition {
 
     /// What its policy sees of a character.
     pub fn layout(&self, model: &CharacterModel) -> ObservationLayout {
-        ObservationLayout::from_terms(model, &self.terms(), self.parameters.len())
+        let layout = ObservationLayout::from_terms(model, &self.terms(), self.parameters.len());
+        match &self.gain_action {
+            Some(action) => layout.with_gains(GainTerm::new(action, model, self.gains)),
+            None => layout,
+        }
+    }
+
+    /// Whether a character has the links that the skill names.
+    pub fn check_links(&self, model: &CharacterModel) -> Result<(), SkillError> {
+        let named = self.gain_action.iter().flat_map(|action| &action.links);
+        match named.into_iter().find(|name| model.link_index(name).is_none_or(|link| link == 0)) {
+            None => Ok(()),
+            Some(name) => Err(SkillError::Value {
+                name: self.name.clone(),
+                field: "gain_action",
+                found: format!("the link `{name}`"),
+                valid: model.links.iter().skip(1).map(|l| l.name.as_str()).collect::<Vec<_>>().join(", "),
+            }),
+        }
     }
 
     /// Steps per second at which a character performs it: the rate nearest to its own that is a multiple of the decisions and of the

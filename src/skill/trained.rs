@@ -66,6 +66,7 @@ impl TrainedSkill {
         model: &CharacterModel,
     ) -> Result<Self, TrainedSkillError> {
         definition.validate()?;
+        definition.check_links(model)?;
         definition.check_policy(&policy, model)?;
         let layout = definition.layout(model);
         let motion = Arc::new(definition.prepare_motion(clip, model)?);
@@ -404,6 +405,11 @@ impl SkillPlayer {
                 if value.is_finite() { value.clamp(-4.0, 4.0) } else { 0.0 }
             };
             Vec3::new(part(0), part(1), part(2))
+        });
+        let first = 3 * (self.tracker.links() - 1);
+        self.tracker.act_gains(|k| {
+            let value = f64::from(action[first + k]);
+            if value.is_finite() { value } else { 0.0 }
         });
     }
 }

@@ -74,6 +74,7 @@ pub fn silent_policy(skill: &SkillDefinition, model: &CharacterModel) -> Policy 
             meaning: ActionMeaning::ReferenceOffset,
             scale: played.action_scale,
             links: played.links,
+            gains: played.gain_action,
         },
         reference: ReferenceFile { file: "standing.clip.ron".into(), fingerprint: None, cyclic: played.cyclic },
         gains: played.gains,

@@ -49,7 +49,7 @@ pub fn contract_for(layers: &DenseLayers, random: &mut RandomStream) -> PolicyCo
         simulation_rate: 600.0,
         observation,
         normaliser,
-        action: ActionLayout { meaning: ActionMeaning::ReferenceOffset, scale: 0.3, links },
+        action: ActionLayout { meaning: ActionMeaning::ReferenceOffset, scale: 0.3, links, gains: None },
         reference: ReferenceFile { file: "stroking.clip.ron".into(), fingerprint: None, cyclic: true },
         gains: None,
         golden: GoldenPair { observation: vec![0.0; inputs], action: vec![] },

@@ -1,7 +1,7 @@
 //! The order of the numbers that a policy sees.
 
 use crate::asset::policy_contract::ObservationBlock;
-use crate::control::terms::ObservationTerm;
+use crate::control::terms::{GainTerm, ObservationTerm};
 use crate::model::CharacterModel;
 
 /// The terms of an observation and their blocks, in order. The heading frame is the world turned about the vertical so that the root
@@ -14,6 +14,8 @@ pub struct ObservationLayout {
     pub blocks: Vec<ObservationBlock>,
     /// Number of the skill's parameters.
     pub parameters: usize,
+    /// Joints whose gains the policy sets, by its last numbers.
+    pub gains: GainTerm,
 }
 
 impl ObservationLayout {
@@ -36,7 +38,17 @@ impl ObservationLayout {
             size: t.size(model, parameters),
             meaning: t.meaning().into(),
         };
-        Self { blocks: terms.iter().map(block).collect(), terms, parameters }
+        Self { blocks: terms.iter().map(block).collect(), terms, parameters, gains: GainTerm::default() }
+    }
+
+    /// With gains that the policy sets.
+    pub fn with_gains(self, gains: GainTerm) -> Self {
+        Self { gains, ..self }
+    }
+
+    /// Numbers of an action: three for each link but the root, and one for each joint whose gains are set.
+    pub fn action_size(&self, model: &CharacterModel) -> usize {
+        3 * (model.links.len() - 1) + self.gains.links.len()
     }
 
     /// Numbers in all.

@@ -29,7 +29,14 @@ impl PolicyMirror {
             term.mirror(model, &links, &mut inputs[at..]);
         }
         let output = |i: usize| (3 * (links[i / 3 + 1] - 1) + i % 3, TURN[i % 3]);
-        Self { inputs, outputs: (0..3 * joints).map(output).collect() }
+        let told = &layout.gains.links;
+        // A joint whose image has no gains of its own keeps its own.
+        let gains = told.iter().enumerate().map(|(k, link)| {
+            let image = told.iter().position(|other| *other == links[*link]).unwrap_or(k);
+            (3 * joints + image, 1.0)
+        });
+        let outputs = (0..3 * joints).map(output).chain(gains).collect();
+        Self { inputs, outputs }
     }
 
     /// The image of what was observed, into `out`.

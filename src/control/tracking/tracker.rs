@@ -100,6 +100,8 @@ pub struct Tracker<R: Real> {
     next: Gathered<R>,
     from: Vec<Quat<R>>,
     to: Vec<Quat<R>>,
+    /// What the policy says of the gains, -1 to 1.
+    alphas: Vec<R>,
 }
 
 impl<R: Real> Tracker<R> {
@@ -114,6 +116,7 @@ impl<R: Real> Tracker<R> {
             parameters: vec![R::zero(); layout.parameters],
             values: vec![vec![0.0; layout.parameters]; R::LANES],
             scan: vec![R::zero(); scan],
+            alphas: vec![R::zero(); layout.gains.links.len()],
             layout,
             ticks: vec![0; R::LANES],
             fractions: vec![0.0; R::LANES],
@@ -283,6 +286,7 @@ impl<R: Real> Tracker<R> {
         self.parameters.iter().for_each(|v| out.number(v.lane(lane)));
         out.count(self.scan.len());
         self.scan.iter().for_each(|v| out.number(v.lane(lane)));
+        self.alphas.iter().for_each(|v| out.number(v.lane(lane)));
         out.count(self.to.len());
         for q in self.from.iter().chain(&self.to) {
             out.rotation(q.lane(lane));
@@ -315,6 +319,9 @@ impl<R: Real> Tracker<R> {
             value.set_lane(lane, from.number("height ahead")?);
         }
         self.enter_at(lane, tick, fraction);
+        for value in &mut self.alphas {
+            value.set_lane(lane, from.number("gain")?);
+        }
         from.exactly("number of targets", self.to.len())?;
         for q in self.from.iter_mut().chain(&mut self.to) {
             q.set_lane(lane, from.rotation("target")?);
@@ -499,6 +506,18 @@ impl<R: Real> Tracker<R> {
         }
     }
 
+    /// Number of links of the body, the root included.
+    pub fn links(&self) -> usize {
+        self.to.len()
+    }
+
+    /// Sets the gains of the coming tick where the policy has a say in them: `alpha` gives the number of each, -1 to 1.
+    pub fn act_gains(&mut self, mut alpha: impl FnMut(usize) -> R) {
+        for (k, value) in self.alphas.iter_mut().enumerate() {
+            *value = alpha(k).clamp(-R::one(), R::one());
+        }
+    }
+
     /// Writes the targets into the simulator's commands, at the fraction `part` in [0, 1] of the tick.
     pub fn command(&self, sim: &mut Simulator<R>, part: f64) {
         let blend = R::splat((part / self.options.ramp).min(1.0));
@@ -512,6 +531,10 @@ impl<R: Real> Tracker<R> {
             let command = &mut sim.commands[i];
             command.rotation = Quat { v: v * inverse, w: w * inverse };
             command.velocity = self.next.joint_velocities[i];
+        }
+        for (k, (&link, alpha)) in self.layout.gains.links.iter().zip(&self.alphas).enumerate() {
+            let (kp, kd) = self.layout.gains.gains(k, *alpha);
+            (sim.commands[link].kp, sim.commands[link].kd) = (kp, kd);
         }
     }
 

@@ -351,6 +351,8 @@ impl<R: Real> Environment<R> {
             let part = |k: usize| R::from_lanes(|lane| f64::from(actions[lane * size + at + k]).clamp(-4.0, 4.0));
             Vec3::new(part(0), part(1), part(2))
         });
+        let first = 3 * (task.model.links.len() - 1);
+        self.tracker.act_gains(|k| R::from_lanes(|lane| f64::from(actions[lane * size + first + k])));
         self.push_lanes();
         self.steer_lanes();
         let steps = (task.settings.rate / (task.skill.control_rate * TARGET_SUBSTEPS as f64)).round() as usize;

@@ -67,6 +67,7 @@ pub fn trained_policy(task: &SkillTask, trained: &Trained, motion_file: &str) ->
             meaning: ActionMeaning::ReferenceOffset,
             scale: task.skill.action_scale,
             links: task.model.links.iter().skip(1).map(|l| l.name.clone()).collect(),
+            gains: task.skill.gain_action.clone(),
         },
         reference: ReferenceFile { file: motion_file.into(), fingerprint: None, cyclic: task.skill.cyclic },
         gains: task.skill.gains,

@@ -115,6 +115,7 @@ impl SkillTask {
     /// Prepares a skill whose motion has been read.
     pub fn new(skill: &SkillDefinition, model: SharedModel, clip: &MotionClip) -> Result<Self, TaskError> {
         skill.validate()?;
+        skill.check_links(&model)?;
         let motion = skill.prepare_motion(clip, &model)?;
         let surface = if skill.world == "ground" { Surface::GROUND } else { Surface::ICE };
         let mut settings = SimulationSettings::of(&model);
@@ -297,9 +298,9 @@ impl SkillTask {
         episode.start_speed.or(episode.speed).unwrap_or((mean, mean))
     }
 
-    /// Numbers of an action: three for each link but the root.
+    /// Numbers of an action.
     pub fn action_size(&self) -> usize {
-        3 * (self.model.links.len() - 1)
+        self.layout.action_size(&self.model)
     }
 }
 
