@@ -11,6 +11,7 @@
 //! | [`ChosenWorld`] | one of those with a course on it: `--course FILE --set height=0.5` |
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
+//! | [`run_course`] | runs a course of obstacles from a disturbed start |
 //! | [`run_program`] | performs a program of skills from a disturbed start |
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
@@ -22,6 +23,7 @@
 
 mod arguments;
 mod chosen_world;
+mod course_run;
 pub mod feet;
 mod find_key_poses;
 mod foot_picture;
@@ -40,6 +42,7 @@ mod world_spec;
 
 pub use arguments::{ArgumentError, FAILED, WRONG_ARGUMENTS, exit_code, threads, within};
 pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError, course_scenery};
+pub use course_run::{CourseEnd, CourseRun, CourseTask, run_course};
 pub use find_key_poses::find_key_poses;
 pub use foot_picture::{PosedFoot, basic_poses, foot_alone, foot_frames};
 pub use frames::FrameRecorder;

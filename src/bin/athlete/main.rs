@@ -2,6 +2,7 @@
 
 mod balance;
 mod bench;
+mod course;
 mod evaluate;
 mod export_mjcf;
 mod feet;
@@ -72,6 +73,8 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Perform a program of trained skills many times
     Program(program::Program),
+    /// Run a course of obstacles with a step planner many times
+    Course(course::CourseCommand),
     /// Time the simulation in the shared scenes
     Bench(bench::Bench),
 }
@@ -93,6 +96,7 @@ fn main() -> ExitCode {
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
         Command::Program(command) => command.run(),
+        Command::Course(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
     result.unwrap_or_else(|failure| {

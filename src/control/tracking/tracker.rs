@@ -255,7 +255,7 @@ impl<R: Real> Tracker<R> {
         let turned = |v: glam::DVec3| heading.to_world(Vec3::splat(v)).lane(0);
         let now = self.now.root_position.lane(lane);
         let root = glam::DVec3::new(place.x, now.y + place.y, place.z);
-        self.set_support(lane, reference.support + place.y, glam::DVec3::ZERO);
+        self.set_support(lane, self.now.support.lane(lane) + place.y, glam::DVec3::ZERO);
         sim.state.set_pose(lane, root, turn * p.root_rotation, &p.joints);
         let mean = if motion.levels().is_empty() { motion.mean_speed() } else { self.paces[lane] };
         let added = reference.travel * (start_speed - mean);
@@ -348,7 +348,7 @@ impl<R: Real> Tracker<R> {
             scalar(faces).relative_to(scalar(reference.pose.root_rotation))
         };
         let mut place = sim.state.root_position.lane(lane);
-        place.y = self.support.height.lane(lane) - reference.support;
+        place.y = self.support.height.lane(lane) - self.now.support.lane(lane);
         self.anchor(lane, heading.normalized(), place);
         for (i, command) in sim.commands.iter().enumerate() {
             self.from[i].set_lane(lane, command.rotation.lane(lane));

@@ -1,0 +1,153 @@
+//! A course that is run once: what was seen, planned and cleared, and what became of the runner.
+
+use crate::asset::{Course, CourseError, CourseInstance};
+use crate::contact::{CourseTerrain, Surface, World};
+use crate::control::PolicyError;
+use crate::control::tracking::Heading;
+use crate::math::RandomStream;
+use crate::model::{PointRole, SharedModel};
+use crate::sim::{SimulationSettings, Simulator, step};
+use crate::skill::{CourseView, Director, DirectorEvent, Disturbance, PELVIS, forbidden_points};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A course, and how it is run.
+#[derive(Clone, Debug)]
+pub struct CourseTask {
+    /// The obstacles.
+    pub course: Course,
+    /// Values that stay; all other parameters are drawn from their ranges for every run.
+    pub values: Vec<(String, f64)>,
+    /// Way ahead at which it is over, m.
+    pub finish: f64,
+    /// Longest time, s.
+    pub seconds: f64,
+    /// Errors of the start.
+    pub disturbance: Disturbance,
+    /// Friction coefficient of everything, drawn.
+    pub friction: (f64, f64),
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CourseEnd {
+    /// It came to the finish.
+    Finished,
+    /// Something touched that may not, or it lay down.
+    Fell,
+    /// It left the way.
+    Aside,
+    /// It stopped, or was too slow.
+    Stopped,
+}
+
+/// What became of a run.
+#[derive(Clone, Debug)]
+pub struct CourseRun {
+    /// How it ended.
+    pub end: CourseEnd,
+    /// Way ahead, m.
+    pub ahead: f64,
+    /// Time, s.
+    pub seconds: f64,
+    /// Skills that were begun after the first, in order, by name; the last one is where it ended.
+    pub skills: Vec<String>,
+    /// Plans that were new: when (s), what was seen, and the skill by name.
+    pub plans: Vec<(f64, CourseView, Option<String>)>,
+}
+
+impl CourseTask {
+    /// The course of a run: the parameters that stay, and the others as drawn from `random`.
+    fn draw(&self, number: u64, random: &mut RandomStream) -> Result<CourseInstance, CourseError> {
+        let mut values = self.course.defaults();
+        for (value, parameter) in values.iter_mut().zip(&self.course.parameters) {
+            *value = random.range(parameter.range.0, parameter.range.1);
+        }
+        for (name, value) in &self.values {
+            self.course.set(&mut values, name, *value)?;
+        }
+        self.course.instance(&values, number)
+    }
+
+    /// The obstacles of run `number`.
+    pub fn instance(&self, (seed, number): (u64, u64)) -> Result<CourseInstance, CourseError> {
+        self.draw(number, &mut random_of(seed, number))
+    }
+}
+
+fn random_of(seed: u64, number: u64) -> RandomStream {
+    RandomStream::new(seed, 0x636f_7572_7365 + number)
+}
+
+/// Runs a course once; obstacles, friction and start are drawn from `seed` and the run's number. `look` is called after every step.
+pub fn run_course(
+    director: &mut Director,
+    model: &SharedModel,
+    task: &CourseTask,
+    (seed, number): (u64, u64),
+    mut look: impl FnMut(&mut Simulator<f64>, &Director),
+) -> Result<Result<CourseRun, PolicyError>, CourseError> {
+    let mut random = random_of(seed, number);
+    let instance = task.draw(number, &mut random)?;
+    let world = if task.course.ground.is_some() { World::empty() } else { World::ground() };
+    let mut terrain = CourseTerrain::<f64>::new(Arc::new(world), &instance);
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(model));
+    director.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
+    task.disturbance.apply(&mut sim.state, 0, &mut random);
+    sim.friction_scale = random.range(task.friction.0, task.friction.1) / Surface::GROUND.friction;
+    sim.state_changed();
+    // Who is farther from the middle has gone round.
+    let aside = instance.side_walls.map_or(f64::INFINITY, |width| 0.5 * width);
+    Ok(perform(director, task, aside, &mut sim, &mut terrain, &mut look))
+}
+
+fn perform(
+    director: &mut Director,
+    task: &CourseTask,
+    aside: f64,
+    sim: &mut Simulator<f64>,
+    terrain: &mut CourseTerrain<f64>,
+    look: &mut impl FnMut(&mut Simulator<f64>, &Director),
+) -> Result<CourseRun, PolicyError> {
+    let model = sim.model().clone();
+    let forbidden = forbidden_points(&model);
+    let hands = |p: &&usize| model.contact_points[**p].role == PointRole::Hand;
+    let (mut skills, mut plans) = (Vec::new(), Vec::new());
+    let h = sim.step_seconds();
+    loop {
+        director.drive(sim, terrain)?;
+        step(sim, terrain);
+        director.after_step(sim, terrain);
+        if terrain.moves() {
+            terrain.advance(h);
+        }
+        look(sim, director);
+        let seconds = sim.state.time;
+        while let Some(event) = director.take_event() {
+            let name = |k: usize| director.graph().skills()[k].name().to_owned();
+            match event {
+                DirectorEvent::Began(k) if k != 0 => skills.push(name(k)),
+                DirectorEvent::Plan(view) => plans.push((seconds, view, view.plan.ok().map(name))),
+                _ => {}
+            }
+        }
+        let root = sim.state.root_position.lane(0);
+        let allowed = &director.player().skill().definition.touch.roles;
+        let with_hands = allowed.contains(&PointRole::Hand);
+        let touched = |p: &usize| sim.contact_force(*p, 0) != DVec3::ZERO;
+        let down = forbidden.iter().filter(|p| !(with_hands && hands(p))).any(touched);
+        let above = root.y - director.player().support().height;
+        let end = if down || !sim.is_sane(0) || above < PELVIS {
+            CourseEnd::Fell
+        } else if -root.z >= task.finish {
+            CourseEnd::Finished
+        } else if root.x.abs() > aside {
+            CourseEnd::Aside
+        } else if seconds >= task.seconds {
+            CourseEnd::Stopped
+        } else {
+            continue;
+        };
+        return Ok(CourseRun { end, ahead: -root.z, seconds, skills, plans });
+    }
+}
