@@ -122,7 +122,13 @@ pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTas
     for file in &skill.after {
         let other = SkillDefinition::load(file)?;
         let clip = load_motion(&other.motion, None, &model)?;
-        task.follow(other.prepare_motion(&clip, &model).map_err(TaskError::from)?);
+        let mut motion = other.prepare_motion(&clip, &model).map_err(TaskError::from)?;
+        if let Some(file) = &other.course {
+            let course = Course::read(file).map_err(SkillInputError::Course)?;
+            let stands = other.stand_on_course(&mut motion, &course, &other.named_world(), &model);
+            stands.map_err(SkillInputError::Course)?;
+        }
+        task.follow(motion, other.exit_tick());
     }
     Ok(task)
 }

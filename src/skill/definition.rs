@@ -54,6 +54,9 @@ pub struct SkillDefinition {
     /// How parameters move the reference.
     #[serde(default)]
     pub warps: Vec<SkillWarp>,
+    /// From when on a motion that ends may be left for another skill, s; by default at its end.
+    #[serde(default)]
+    pub exit: Option<f64>,
     /// What it brings a runner over, for whoever chooses skills on a course.
     #[serde(default)]
     pub clears: Option<Clearance>,
@@ -374,6 +377,7 @@ impl SkillDefinition {
             parameters: Vec::new(),
             course: None,
             warps: Vec::new(),
+            exit: None,
             clears: None,
             observation: None,
             observe: Vec::new(),
@@ -469,6 +473,9 @@ impl SkillDefinition {
         }
         if let Some((_, found, valid)) = self.gain_action.as_ref().and_then(GainAction::fault) {
             return bad("gain_action", found, valid);
+        }
+        if self.exit.is_some_and(|exit| !(0.0..=3600.0).contains(&exit)) {
+            return bad("exit", self.exit.unwrap_or_default().to_string(), "0 to 3600 s");
         }
         if !(0.0..=60.0).contains(&self.hold) {
             return bad("hold", self.hold.to_string(), "0 to 60 s");
@@ -611,6 +618,11 @@ impl SkillDefinition {
             return bad("observation", "empty".into(), "at least one term");
         }
         Ok(())
+    }
+
+    /// First tick at which it may be left, where that is not its end.
+    pub fn exit_tick(&self) -> Option<usize> {
+        self.exit.map(|exit| (exit * self.control_rate).round() as usize)
     }
 
     /// All terms of the observation, in order.

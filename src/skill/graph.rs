@@ -238,7 +238,7 @@ impl SkillGraph {
         let (a, b) = (&self.skills[from].skill, &self.skills[to].skill);
         let at = from * self.skills.len() + to;
         if self.transitions[at].is_none() {
-            self.transitions[at] = Some(best_transition(&a.motion, &b.motion, b.entry_ticks()));
+            self.transitions[at] = Some(best_transition(&a.motion, a.exit_tick(), &b.motion, b.entry_ticks()));
         }
     }
 
@@ -286,7 +286,7 @@ impl SkillGraph {
         let last = skill.motion.last().max(1);
         let ticks = match skill.motion.cycle() {
             Some(_) => (transition.leave + last - tick % last) % last,
-            None => last.saturating_sub(tick),
+            None => transition.leave.saturating_sub(tick),
         };
         // The phase of a gait goes by more than a tick in a decision: it may have gone past since the last one.
         let passed = (last - ticks) % last;

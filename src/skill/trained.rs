@@ -100,6 +100,11 @@ impl TrainedSkill {
         (ENTRY * self.definition.control_rate).round() as usize
     }
 
+    /// First tick at which it may be left, where that is not its end.
+    pub fn exit_tick(&self) -> Option<usize> {
+        self.definition.exit_tick()
+    }
+
     /// The name.
     pub fn name(&self) -> &str {
         &self.definition.name

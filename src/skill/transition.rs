@@ -46,10 +46,11 @@ pub fn tick_distance(a: &TrackedTick, b: &TrackedTick) -> f64 {
     pose + ends + tilt + travel + height
 }
 
-/// The best transition from one motion to another. A motion that ends is left at its end; one that repeats wherever it fits
+/// The best transition from one motion to another. A motion that ends is left at its end, or from tick `exit` on; one that repeats wherever it fits
 /// best. `entry` is the last tick at which the second may be entered; of one that repeats, any.
-pub fn best_transition(from: &TrackedMotion, to: &TrackedMotion, entry: usize) -> Transition {
-    let leave = if from.cycle().is_some() { 0..from.last() } else { from.last()..from.last() + 1 };
+pub fn best_transition(from: &TrackedMotion, exit: Option<usize>, to: &TrackedMotion, entry: usize) -> Transition {
+    let exit = exit.unwrap_or(from.last()).min(from.last());
+    let leave = if from.cycle().is_some() { 0..from.last() } else { exit..from.last() + 1 };
     let last = if to.cycle().is_some() { to.last().saturating_sub(1) } else { entry.min(to.last()) };
     let mut best = Transition { leave: leave.start, enter: 0, distance: f64::INFINITY };
     for a in leave {

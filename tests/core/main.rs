@@ -33,6 +33,7 @@ mod cli_refusals;
 mod closed_forms;
 mod cma_es;
 mod contract_fit;
+mod course_runs;
 mod courses;
 mod courses_in_training;
 mod criteria;

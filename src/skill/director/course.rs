@@ -8,7 +8,7 @@
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::skill::director::{BodyView, Choice, DirectorInput, Single};
 use crate::skill::planner::{Clearance, Obstacle, Plan, Refusal, StepLaw, plan};
-use crate::skill::{Entry, GraphSkill, SkillGraph, SkillParameters, TrainedSkill};
+use crate::skill::{Entry, SkillGraph, SkillParameters, TrainedSkill};
 
 /// How far ahead the ground is looked at, m, and how finely, m.
 const SIGHT: (f64, f64) = (12.0, 0.1);
@@ -18,6 +18,14 @@ const CHANGE: f64 = 0.5;
 const LEAST_CHANCE: f64 = 0.5;
 /// An obstacle that nothing clears is stopped at with this deceleration (m/s^2), this far before it (m).
 const STOP: (f64, f64) = (1.0, 1.0);
+
+/// How far an obstacle may be from where a skill without a parameter `distance` has it, m.
+const CLOSE: f64 = 0.05;
+
+/// How far a motion has gone ahead at a tick, m.
+fn way_to(skill: &TrainedSkill, tick: usize) -> f64 {
+    -skill.motion.tick(tick).pose.root_position.z
+}
 
 /// What is thought of the obstacle ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +39,9 @@ pub struct CourseView {
 /// Runs, and clears what is ahead.
 #[derive(Clone, Debug, Default)]
 pub struct Course {
-    /// Clearances, and the skill of each by its index in the graph.
-    skills: Vec<(usize, Clearance)>,
+    /// What can be cleared, and the skill of each by its index in the graph.
+    clears: Vec<Clearance>,
+    skills: Vec<usize>,
     /// Length of a step over speed.
     law: Option<StepLaw>,
     /// Heights ahead against the support, m.
@@ -41,6 +50,8 @@ pub struct Course {
     /// What the obstacle that is being cleared is like.
     parameters: SkillParameters,
     view: Option<CourseView>,
+    /// The speed of the present step, m/s.
+    speed: Option<f64>,
     /// What was told last: the skill, or that there is none.
     told: Option<Option<usize>>,
 }
@@ -48,10 +59,18 @@ pub struct Course {
 impl Course {
     /// For a graph whose first skill runs: what its other skills clear.
     pub fn new(graph: &SkillGraph) -> Self {
-        let clears = |(k, s): (usize, &GraphSkill)| {
-            let definition = &s.skill.definition;
-            definition.clears.clone().map(|c| (k, Clearance { skill: definition.name.clone(), ..c }))
-        };
+        let (mut clears, mut skills) = (Vec::new(), Vec::new());
+        for (k, s) in graph.skills().iter().enumerate().filter(|(_, s)| !s.is_image()) {
+            let Some(c) = s.skill.definition.clears.clone() else { continue };
+            // The middle of what the skill can have, and the room on either side; seen from where it is entered.
+            let distance = s.skill.definition.parameters.iter().find(|p| p.name == "distance").map(|p| p.range);
+            let (near, far) = distance.unwrap_or((c.take_off - CLOSE, c.take_off + CLOSE));
+            let enter = graph.transition(0, k).map_or(0, |t| t.enter);
+            let take_off = 0.5 * (near + far) - way_to(&s.skill, enter);
+            let skill = s.skill.definition.name.clone();
+            clears.push(Clearance { skill, take_off, slack: 0.5 * (far - near), ..c });
+            skills.push(k);
+        }
         let points: Vec<(f64, f64)> = graph.skills()[0]
             .skill
             .motion
@@ -63,7 +82,8 @@ impl Course {
             .collect();
         let count = (SIGHT.0 / SIGHT.1) as usize;
         Self {
-            skills: graph.skills().iter().enumerate().filter(|(_, s)| !s.is_image()).filter_map(clears).collect(),
+            clears,
+            skills,
             law: StepLaw::fitted(&points),
             distances: (0..count).map(|k| SIGHT.1 * k as f64).collect(),
             heights: vec![0.0; count],
@@ -95,7 +115,7 @@ impl Course {
         self.view.filter(|_| new)
     }
     pub(super) fn restart(&mut self) {
-        (self.view, self.told) = (None, None);
+        (self.view, self.told, self.speed) = (None, None, None);
         self.parameters.clear();
     }
 
@@ -104,7 +124,7 @@ impl Course {
             self.view = None;
             let back = graph.entry(body.skill, body.tick, 0);
             let enter = match back {
-                Entry::Now { tick } if body.finished => Some((0, tick)),
+                Entry::Now { tick } => Some((0, tick)),
                 _ => None,
             };
             return Choice { enter, speed: None, turn: 0.0 };
@@ -114,33 +134,42 @@ impl Course {
         let mut choice = Single.next(body, graph, input);
         let wished = choice.speed.unwrap_or(run.motion.mean_speed());
         let Some(obstacle) = Obstacle::ahead(&self.distances, &self.heights) else {
-            self.view = None;
+            (self.view, self.speed) = (None, None);
             return choice;
         };
-        let planned = self.plan(body, &obstacle, run);
-        self.view = Some(CourseView { obstacle, plan: planned.as_ref().map(|(k, _)| *k).map_err(|e| *e) });
-        match planned {
-            Ok((skill, plan)) => {
-                choice.turn = 0.0;
-                choice.speed = Some(plan.approach.speeds.first().copied().unwrap_or(plan.speed_in));
+        // Steps are planned where one ends: there a skill can begin, too.
+        let ends = (1..graph.skills().len()).any(|k| matches!(graph.entry(0, body.tick, k), Entry::Now { .. }));
+        if self.speed.is_none() || self.view.is_none() || ends {
+            let before = self.view.and_then(|view| view.plan.ok());
+            let planned = match (self.plan(body, &obstacle, run), before) {
+                // What was planned for is gone on with, at the speed of its beginning.
+                (Err(Refusal::TooNear { wanted, .. }), Some(skill)) => Ok((skill, wanted)),
+                (planned, _) => planned,
+            };
+            self.view = Some(CourseView { obstacle, plan: planned.map(|(skill, _)| skill) });
+            self.speed = planned.ok().map(|(_, speed)| speed);
+            if let (Ok((skill, _)), true) = (planned, ends) {
                 choice.enter = self.enter(body, graph, skill, &obstacle);
             }
-            Err(_) => {
-                let way = (obstacle.distance - STOP.1).max(0.0);
-                choice.speed = Some(wished.min((2.0 * STOP.0 * way).sqrt()));
-            }
+        }
+        // A metre before what cannot be cleared it stands still.
+        let stops = || (2.0 * STOP.0 * (obstacle.distance - STOP.1).max(0.0)).sqrt();
+        choice.speed = Some(self.speed.unwrap_or_else(|| wished.min(stops())));
+        if self.speed.is_some() {
+            choice.turn = 0.0;
         }
         choice
     }
 
-    fn plan(&self, body: &mut BodyView, obstacle: &Obstacle, run: &TrainedSkill) -> Result<(usize, Plan), Refusal> {
+    /// The skill for an obstacle, by its index in the graph, and the speed of the coming step, m/s.
+    fn plan(&self, body: &mut BodyView, obstacle: &Obstacle, run: &TrainedSkill) -> Result<(usize, f64), Refusal> {
         let speeds = run.definition.episode.speed.unwrap_or((run.motion.mean_speed(), run.motion.mean_speed()));
         let law = self.law.unwrap_or(StepLaw::PUBLISHED);
         let velocity = body.velocity();
         let speed = velocity.x.hypot(velocity.z).clamp(speeds.0, speeds.1);
-        let known: Vec<Clearance> = self.skills.iter().map(|(_, c)| c.clone()).collect();
-        let found = plan(obstacle, speed, &known, &law, speeds, CHANGE, LEAST_CHANCE)?;
-        Ok((self.skills[found.skill].0, found))
+        let Plan { skill, speed_in, approach, .. } =
+            plan(obstacle, speed, &self.clears, &law, speeds, CHANGE, LEAST_CHANCE)?;
+        Ok((self.skills[skill], approach.speeds.first().copied().unwrap_or(speed_in)))
     }
 
     /// Where a skill, or its image, can begin now with the obstacle where it is.
@@ -157,11 +186,10 @@ impl Course {
             let Entry::Now { tick } = graph.entry(0, body.tick, k) else { continue };
             let wanted = &graph.skills()[k].skill;
             // The obstacle from where the motion begins.
-            let gone = -wanted.motion.tick(tick).pose.root_position.z;
-            let distance = obstacle.distance + gone;
+            let distance = obstacle.distance + way_to(wanted, tick);
             let range = |name: &str| wanted.definition.parameters.iter().find(|p| p.name == name).map(|p| p.range);
             let clears = wanted.definition.clears.as_ref()?;
-            let (near, far) = range("distance").unwrap_or((clears.take_off - 0.05, clears.take_off + 0.05));
+            let (near, far) = range("distance").unwrap_or((clears.take_off - CLOSE, clears.take_off + CLOSE));
             if !(near..=far).contains(&distance) {
                 continue;
             }
@@ -179,6 +207,7 @@ impl Course {
 
     pub(super) fn write_state(&self, out: &mut StateWriter) {
         self.parameters.write_state(out);
+        out.option(self.speed, StateWriter::number);
         out.option(self.told, |out, told| out.option(told, StateWriter::count));
         self.heights.iter().for_each(|h| out.number(*h));
     }
@@ -186,6 +215,7 @@ impl Course {
     pub(super) fn read_state(&mut self, from: &mut StateReader, graph: &SkillGraph) -> Result<(), StateError> {
         self.parameters = SkillParameters::read_state(from)?;
         let count = graph.skills().len();
+        self.speed = from.option("speed of the step", |from| from.number("speed of the step"))?;
         self.told = from.option("plan that was told", |from| {
             from.option("skill that was told", |from| from.below("skill that was told", count))
         })?;

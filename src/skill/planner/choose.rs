@@ -23,6 +23,9 @@ pub struct Clearance {
     pub behind: f64,
     /// From its beginning to the obstacle, m.
     pub take_off: f64,
+    /// How far the obstacle may be from where the skill expects it, either way, m: a parameter `distance` of the skill gives it room.
+    #[serde(skip)]
+    pub slack: f64,
     /// Speed at its beginning for the lowest and the highest obstacle, m/s.
     pub speeds_in: (f64, f64),
     /// Part of the trials at lowest and highest that succeeded, 0 to 1.
@@ -164,8 +167,10 @@ pub fn plan(
     change: f64,
     least_chance: f64,
 ) -> Result<Plan, Refusal> {
-    /// A centimetre beside the take-off counts as much as 0.2 m/s of change in one step.
-    const WEIGHT: f64 = 400.0;
+    /// What counts as much as [`BESIDE`] m beside the take-off, m/s of change in one step.
+    const CHANGE: f64 = 0.2;
+    /// Beside the take-off, where a skill has no room, m; else a third of its room.
+    const BESIDE: f64 = 0.01;
     let mut refusal = Refusal::Kind(obstacle.kind);
     // The reason that is told is that of the skill which comes nearest to doing it.
     let mut told = 0;
@@ -193,10 +198,10 @@ pub fn plan(
             speed_in: wanted,
             speeds,
             change,
-            weight: WEIGHT,
+            weight: (CHANGE / (skill.slack / 3.0).max(BESIDE)).powi(2),
         };
         let found = approach(&task, law);
-        if !found.possible {
+        if !found.possible || (found.take_off - skill.take_off).abs() > skill.slack.max(0.1) {
             refuse(3, Refusal::TooNear { distance: obstacle.distance - skill.take_off, speed, wanted });
             continue;
         }
@@ -220,6 +225,7 @@ mod tests {
             depths: (0.1, 0.6),
             behind: 0.1,
             take_off: 1.2,
+            slack: 0.0,
             speeds_in: (3.0, 4.0),
             success: (success, success),
         }

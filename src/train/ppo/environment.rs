@@ -274,7 +274,8 @@ impl<R: Real> Environment<R> {
         let left = other.tick(transition.leave);
         let (pose, velocity) = (&left.pose, &left.velocity);
         let state = &mut self.sim.state;
-        state.set_pose(lane, pose.root_position * DVec3::Y, pose.root_rotation, &pose.joints);
+        let height = DVec3::Y * (pose.root_position.y - left.support);
+        state.set_pose(lane, height, pose.root_rotation, &pose.joints);
         let linear = velocity.root_linear + left.travel * (speed - other.mean_speed());
         state.set_velocity(lane, linear, velocity.root_angular, &velocity.joints);
         for impulse in &mut state.contact_impulses {

@@ -200,10 +200,10 @@ impl SkillTask {
         self.at_rate(fitting_rate(self.model.step_rate, self.skill.control_rate))
     }
 
-    /// Lets trials of the training begin where another motion is left for this one.
-    pub fn follow(&mut self, other: TrackedMotion) {
+    /// Lets trials of the training begin where another motion is left for this one: at its end, or from tick `exit` on.
+    pub fn follow(&mut self, other: TrackedMotion, exit: Option<usize>) {
         let entry = (ENTRY * self.skill.control_rate).round() as usize;
-        let transition = best_transition(&other, &self.motion, entry);
+        let transition = best_transition(&other, exit, &self.motion, entry);
         self.before.push((Arc::new(other), transition));
     }
 
