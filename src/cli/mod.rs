@@ -15,6 +15,7 @@
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
 //! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
+//! | [`map_picture`] | the skeleton of a file beside the character that follows it, for a storyboard |
 //! | [`basic_poses`], [`foot_alone`], [`foot_frames`] | one foot by itself in its basic poses, for a storyboard |
 //! | [`feet`] | feet of several segments against feet of two: episodes of standing, the largest disturbance held |
 //! | [`time_scene`] | microseconds per character and step |
@@ -29,6 +30,7 @@ mod frames;
 mod info;
 mod input;
 mod input_error;
+mod map_picture;
 mod motion_frames;
 mod output;
 mod perform;
@@ -46,6 +48,7 @@ pub use frames::FrameRecorder;
 pub use info::{CharacterTable, FootRow, LinkRow, PointRow, character_table};
 pub use input::{load_character, load_motion, load_motion_with};
 pub use input_error::InputError;
+pub use map_picture::{MapPicture, map_picture};
 pub use motion_frames::{clip_frames, key_pose_frames};
 pub use output::{check_folder, check_output, keep_earlier, trace_bytes, write_whole};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform, perform_on};

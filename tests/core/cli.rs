@@ -251,7 +251,11 @@ fn a_strangers_motion_goes_in() {
     refused(&out, &["my.map.ron", "--force"]);
     done(&[&out[..], &["--force"]].concat());
     refused(&["map", &bvh, "--out", "my.ron"], &["--out my.ron", ".map.ron"]);
-    let report = done_json(&["map", &bvh, "--character", "runner", "--json"]);
+    let picture = folder.path("map.png");
+    let report = done_json(&["map", &bvh, "--character", "runner", "--storyboard", &picture, "--json"]);
+    assert_eq!(report["storyboard"], picture.as_str());
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+    refused(&["map", &bvh, "--storyboard", "/no/such/folder/x.png"], &["--storyboard /no/such/folder/x.png"]);
     assert_eq!((report["unit"].as_str(), report["warnings"].as_array().map(Vec::len)), (Some("cm"), Some(0)));
     let output = athlete(&[&run[..], &["--map", &map]].concat());
     assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
