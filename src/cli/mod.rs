@@ -54,6 +54,9 @@ pub use output::{check_folder, check_output, keep_earlier, trace_bytes, write_wh
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform, perform_on};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
-pub use skills::{SKILLS_FOLDER, SkillInputError, find_program, find_skill, load_task, load_trained_skill};
+pub use skills::{
+    SKILLS_FOLDER, SkillInputError, TellMotion, find_program, find_skill, load_task, load_task_with,
+    load_trained_skill, load_trained_skill_with,
+};
 pub use timing::{BenchRow, LANE_NAMES, time_scene};
 pub use world_spec::WorldSpec;

@@ -1,10 +1,12 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
+use crate::motion;
 use crate::output::{Outcome, announce_trace, say, say_json};
 use bevy_athlete::asset::card::fingerprint;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task, threads, within,
+    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with, threads,
+    within,
 };
 use bevy_athlete::control::Policy;
 use bevy_athlete::model::CharacterModel;
@@ -168,7 +170,7 @@ pub fn read_trials(
     // What may come before matters to training alone.
     skill.after.clear();
     change(&mut skill.trial, &*load_character(&skill.character)?)?;
-    let task = load_task(&skill, None)?;
+    let task = load_task_with(&skill, None, &mut motion::tell)?;
     skill.check_policy(&policy, &task.model)?;
     let task = task.at_play_rate()?;
     Ok((task, policy))

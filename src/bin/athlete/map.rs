@@ -130,7 +130,7 @@ impl Map {
             azimuth: AZIMUTH,
             ground: Ground::Floor,
             path_band: false,
-            title: format!("{} on {}; red drives or follows nothing", found.map.name, model.name),
+            title: format!("{} on {}, red: drives or follows nothing", found.map.name, model.name),
             ..Default::default()
         };
         Ok(Storyboard::new(options).write(&picture.model, &picture.frames, path)?)

@@ -1,9 +1,10 @@
 //! `athlete program`: one skill after the other, many times.
 
+use crate::motion;
 use crate::output::{Outcome, bar, say, say_json};
 use bevy_athlete::asset::card::wilson_interval;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, SKILLS_FOLDER, check_output, find_program, load_character, load_trained_skill,
+    ArgumentError, FrameRecorder, SKILLS_FOLDER, check_output, find_program, load_character, load_trained_skill_with,
     run_program, threads, within,
 };
 use bevy_athlete::contact::World;
@@ -61,7 +62,8 @@ impl Program {
         let mut skills = BTreeMap::new();
         for element in &program.elements {
             if !skills.contains_key(&element.skill) {
-                skills.insert(element.skill.clone(), Arc::new(load_trained_skill(&element.skill, &model)?));
+                let skill = load_trained_skill_with(&element.skill, &model, &mut motion::tell)?;
+                skills.insert(element.skill.clone(), Arc::new(skill));
             }
         }
         let director = Director::program(&program, &skills, model.step_rate)?;

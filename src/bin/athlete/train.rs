@@ -2,10 +2,11 @@
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
 use crate::interrupt;
+use crate::motion;
 use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
 use crate::train_affine::{self, Goal};
-use bevy_athlete::cli::{ArgumentError, find_skill, load_task, threads, within, write_whole};
+use bevy_athlete::cli::{ArgumentError, find_skill, load_task_with, threads, within, write_whole};
 use bevy_athlete::control::tracking::TARGET_SUBSTEPS;
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
@@ -50,7 +51,7 @@ pub struct Train {
     /// Find an affine policy (one matrix and an offset) by CMA-ES instead of a network by reinforcement; --iterations are its generations
     #[arg(long, conflicts_with_all = ["resume", "from", "hidden"])]
     affine: bool,
-    /// Joint map for a .bvh file
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Servo gains KP,KD for --clip instead of the character's
@@ -247,7 +248,7 @@ impl Train {
     pub fn run(&self) -> Outcome {
         self.check()?;
         let skill = self.definition()?;
-        let task = load_task(&skill, self.map.as_deref())?;
+        let task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
         let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?
             .with_course(&skill.name, task.course.as_deref())?;
