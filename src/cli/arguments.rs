@@ -1,6 +1,6 @@
 //! Wrong arguments: the option as it is typed, what was given, what would be valid. One way to say it for all commands.
 
-use super::{InputError, PerformError, SkillInputError};
+use super::{InputError, PerformError, PolicyFolderError, SkillInputError};
 use std::error::Error;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -71,7 +71,8 @@ pub fn exit_code(error: &(dyn Error + 'static)) -> u8 {
             Some(SkillInputError::NotFound { .. } | SkillInputError::Motion { .. }) => true,
             Some(SkillInputError::Input(input)) => named(input),
             _ => false,
-        };
+        }
+        || matches!(error.downcast_ref::<PolicyFolderError>(), Some(PolicyFolderError::Input(input)) if named(input));
     if wrong { WRONG_ARGUMENTS } else { FAILED }
 }
 

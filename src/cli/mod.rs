@@ -13,6 +13,7 @@
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
 //! | [`run_program`] | performs a program of skills from a disturbed start |
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
+//! | [`skill_of_policy`] | the skill of a policy, from what lies in its folder |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
 //! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
 //! | [`map_picture`] | the skeleton of a file beside the character that follows it, for a storyboard |
@@ -34,6 +35,7 @@ mod map_picture;
 mod motion_frames;
 mod output;
 mod perform;
+mod policy_folder;
 mod program_run;
 mod push;
 mod skills;
@@ -52,6 +54,7 @@ pub use map_picture::{MapPicture, map_picture};
 pub use motion_frames::{clip_frames, key_pose_frames};
 pub use output::{check_folder, check_output, keep_earlier, trace_bytes, write_whole};
 pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perform, perform_on};
+pub use policy_folder::{PolicyFolderError, check_motion, skill_beside, skill_of_policy};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
 pub use skills::{

@@ -2,16 +2,14 @@
 
 use crate::motion;
 use crate::output::{Outcome, announce_trace, say, say_json};
-use bevy_athlete::asset::card::fingerprint;
-use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with, threads,
-    within,
+    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with,
+    skill_of_policy, threads, within,
 };
 use bevy_athlete::control::Policy;
 use bevy_athlete::model::CharacterModel;
 use bevy_athlete::sim::TraceWriter;
-use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
+use bevy_athlete::skill::{PushOptions, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use bevy_athlete::train::ppo::{
     Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card,
@@ -36,6 +34,10 @@ pub struct Evaluate {
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
     trials: usize,
+    /// Instead of the skill's own character: a preset (skater, foot_human, two_segment_human, runner) or a .character.ron file. A
+    /// body that the policy does not fit is refused, as in a game
+    #[arg(long)]
+    character: Option<String>,
     /// Instead of the skill's own rows: three pushes of so many newtons for 0.1 s at the trunk, from random sides
     #[arg(long)]
     push: Option<f64>,
@@ -55,7 +57,7 @@ pub struct Evaluate {
     #[arg(long)]
     trace: Option<PathBuf>,
     /// Write the robustness card (card.json) of the skill's own rows beside the policy
-    #[arg(long, conflicts_with_all = ["push", "speed"])]
+    #[arg(long, conflicts_with_all = ["push", "speed", "character"])]
     card: bool,
     /// Print JSON
     #[arg(long)]
@@ -92,7 +94,8 @@ impl Evaluate {
             path.as_ref().map(|path| check_output(option, path)).transpose()?;
         }
         let file = policy_file(&self.policy)?;
-        let (task, policy) = read_trials(&file, |trial, model| self.change_rows(trial, model))?;
+        let (task, policy) =
+            read_trials(&file, self.character.as_deref(), |trial, model| self.change_rows(trial, model))?;
         let (rate, folder) = (task.settings.rate, file.parent().unwrap_or(Path::new("")));
         let card_file = folder.join("card.json");
         if self.card {
@@ -151,64 +154,28 @@ impl Evaluate {
     fn command(&self) -> String {
         let push = self.push.map_or(String::new(), |n| format!(" --push {n}"));
         let speed = self.speed.as_ref().map_or(String::new(), |s| format!(" --speed {s}"));
-        format!("{}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
+        let character = self.character.as_ref().map_or(String::new(), |c| format!(" --character {c}"));
+        format!("{}{character}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
     }
 }
 
-/// A policy file, and the task that its trials are made of once `change` has been made to them.
+/// A policy file, and the task that its trials are made of once `change` has been made to them. On `character` instead of the skill's own
+/// where one is given: whether the policy fits it is asked as a game does, before anything is laid out for it.
 pub fn read_trials(
     file: &Path,
+    character: Option<&str>,
     change: impl FnOnce(&mut TrialOptions, &CharacterModel) -> Result<(), Box<dyn std::error::Error>>,
 ) -> Result<(SkillTask, Policy), Box<dyn std::error::Error>> {
     let policy = Policy::load(file)?;
-    let contract = policy.contract();
-    // Beside a skill's description, that is what counts: it may have changed since the training.
-    let mut skill = match skill_beside(file) {
-        Some(described) => SkillDefinition::load(&described)?,
-        None => described_by(contract, file)?,
-    };
+    let mut skill = skill_of_policy(&policy, file, character)?;
+    skill.validate()?;
+    let model = load_character(&skill.character)?;
+    skill.check_policy(&policy, &model)?;
     // What may come before matters to training alone.
     skill.after.clear();
-    change(&mut skill.trial, &*load_character(&skill.character)?)?;
-    let task = load_task_with(&skill, None, &mut motion::tell)?;
-    skill.check_policy(&policy, &task.model)?;
-    let task = task.at_play_rate()?;
+    change(&mut skill.trial, &model)?;
+    let task = load_task_with(&skill, None, &mut motion::tell)?.at_play_rate()?;
     Ok((task, policy))
-}
-
-/// The description of the skill in a policy's folder, where there is one.
-fn skill_beside(policy: &Path) -> Option<PathBuf> {
-    let entries =
-        std::fs::read_dir(policy.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))).ok()?;
-    let mut found = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let first = found.by_ref().find(|path| path.to_string_lossy().ends_with(".skill.ron"))?;
-    // Of several nobody can say which is meant.
-    (!found.any(|path| path.to_string_lossy().ends_with(".skill.ron"))).then_some(first)
-}
-
-/// The skill as a policy's contract describes it, its motion beside the policy.
-fn described_by(contract: &PolicyContract, policy: &Path) -> Result<SkillDefinition, Box<dyn std::error::Error>> {
-    let motion = policy.with_file_name(&contract.reference.file);
-    if let Some(wanted) = &contract.reference.fingerprint {
-        let bytes = std::fs::read(&motion).map_err(|e| format!("{}: {e}", motion.display()))?;
-        let found = fingerprint(&bytes);
-        if found != *wanted {
-            let motion = motion.display();
-            return Err(format!(
-                "{motion}: fingerprint {found}; valid: {wanted}, the motion that {} was learnt from",
-                policy.display()
-            )
-            .into());
-        }
-    }
-    // What the contract says of the body is in its settings, or else the name.
-    let character = match contract.skill_settings.is_empty() {
-        true => contract.character.clone(),
-        false => contract.parse_skill_settings::<SkillDefinition>()?.character,
-    };
-    let skill = SkillDefinition::of_contract(contract, &*load_character(&character)?)?;
-    let course = skill.course.as_ref().map(|file| policy.with_file_name(file));
-    Ok(SkillDefinition { motion, course, ..skill })
 }
 
 /// The command that measures a policy file, or one in a folder, again.

@@ -356,7 +356,7 @@ impl Train {
 
     /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows.
     fn evaluate(&self, out: &Path) -> Result<(f64, f64), Box<dyn std::error::Error>> {
-        let (task, policy) = read_trials(&out.join("policy.onnx"), |_, _| Ok(()))?;
+        let (task, policy) = read_trials(&out.join("policy.onnx"), None, |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
         let report = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
