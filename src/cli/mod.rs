@@ -14,6 +14,7 @@
 //! | [`run_program`] | performs a program of skills from a disturbed start |
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`skill_of_policy`] | the skill of a policy, from what lies in its folder |
+//! | [`skill_export`] | from what a training left to the files of a skill |
 //! | [`FrameRecorder`] | instants of a performance for a storyboard |
 //! | [`clip_frames`], [`key_pose_frames`] | instants of a motion that nothing simulates, for a storyboard |
 //! | [`map_picture`] | the skeleton of a file beside the character that follows it, for a storyboard |
@@ -38,6 +39,7 @@ mod perform;
 mod policy_folder;
 mod program_run;
 mod push;
+mod skill_export;
 mod skills;
 mod timing;
 mod world_spec;
@@ -57,6 +59,7 @@ pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perfo
 pub use policy_folder::{PolicyFolderError, check_motion, skill_beside, skill_of_policy};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
+pub use skill_export::{CARD_FILE, POLICY_FILE, SkillExport, SkillExportError, skill_export};
 pub use skills::{
     SKILLS_FOLDER, SkillInputError, TellMotion, find_program, find_skill, load_task, load_task_with,
     load_trained_skill, load_trained_skill_with,

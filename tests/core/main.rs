@@ -40,6 +40,7 @@ mod crossover_clips;
 mod determinism;
 mod director;
 mod dynamics_identities;
+mod exported_skill;
 mod flight;
 mod foot_pose;
 mod gait;

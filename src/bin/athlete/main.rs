@@ -3,6 +3,7 @@
 mod balance;
 mod bench;
 mod evaluate;
+mod export;
 mod export_mjcf;
 mod feet;
 mod foot_pose;
@@ -70,6 +71,8 @@ enum Command {
     Train(train::Train),
     /// Try a policy on fresh random trials
     Evaluate(evaluate::Evaluate),
+    /// Make a skill that a game loads of what a training left
+    Export(export::Export),
     /// Perform a program of trained skills many times
     Program(program::Program),
     /// Time the simulation in the shared scenes
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Feet(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
+        Command::Export(command) => command.run(),
         Command::Program(command) => command.run(),
         Command::Bench(command) => command.run(),
     };
