@@ -44,7 +44,7 @@ mod skills;
 mod timing;
 mod world_spec;
 
-pub use arguments::{ArgumentError, FAILED, WRONG_ARGUMENTS, exit_code, threads, within};
+pub use arguments::{ArgumentError, FAILED, STOPPED, Stopped, WRONG_ARGUMENTS, exit_code, threads, within};
 pub use chosen_world::{ChosenWorld, Setting, WorldChoiceError, course_scenery};
 pub use find_key_poses::find_key_poses;
 pub use foot_picture::{PosedFoot, basic_poses, foot_alone, foot_frames};

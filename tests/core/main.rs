@@ -48,6 +48,7 @@ mod geometry;
 mod grips;
 #[path = "../families/hopper/core.rs"]
 mod hopper;
+mod interrupts;
 mod joint_torques;
 mod key_poses;
 mod lanes;

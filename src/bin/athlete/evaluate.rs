@@ -1,7 +1,8 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
+use crate::interrupt;
 use crate::motion;
-use crate::output::{Outcome, announce_trace, say, say_json};
+use crate::output::{Outcome, announce_trace, complain, say, say_json};
 use bevy_athlete::cli::{
     ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with,
     skill_of_policy, threads, within,
@@ -12,7 +13,7 @@ use bevy_athlete::sim::TraceWriter;
 use bevy_athlete::skill::{PushOptions, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use bevy_athlete::train::ppo::{
-    Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card,
+    Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card_until,
 };
 use clap::Args;
 use serde_json::json;
@@ -26,7 +27,7 @@ use std::sync::Arc;
 pub const TRIALS_SEED: u64 = 1_000_003;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
-/// simulation rate, as in a game. Writes nothing unless asked.
+/// simulation rate, as in a game. Writes nothing unless asked. Ctrl-C begins no more trials and shows those that were begun.
 #[derive(Debug, Args)]
 pub struct Evaluate {
     /// A skill with a trained policy, a .onnx file, or a folder that `athlete train` has filled
@@ -102,27 +103,42 @@ impl Evaluate {
             check_output("--card", &card_file)?;
         }
 
-        let report = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
+        interrupt::watch()?;
+        if !self.json {
+            let (skill, character) = (&task.skill.name, &task.model.name);
+            say(&format!("{skill} of {character} at {rate} steps per second, seed {}", self.seed))?;
+        }
+        let (command, stop) = (self.command(), &interrupt::asked);
+        let report = robustness_card_until(&task, &policy, self.trials, self.seed, threads, command, stop)?;
         let card = &report.card;
-        if self.card {
+        if self.card && !report.stopped {
             card.save(&card_file)?;
         }
-        if let (true, Some((_, row))) = (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first()) {
+        if report.stopped {
+            let unwritten =
+                [(self.card, "card"), (self.storyboard.is_some(), "storyboard"), (self.trace.is_some(), "trace")];
+            let unwritten: Vec<_> = unwritten.iter().filter(|(asked, _)| *asked).map(|(_, what)| *what).collect();
+            let rest =
+                if unwritten.is_empty() { String::new() } else { format!("; not written: {}", unwritten.join(", ")) };
+            complain(&format!("stopped after {} trials, which are counted{rest}", card.trials));
+        } else if let (true, Some((_, row))) =
+            (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first())
+        {
             show_trial(self.storyboard.as_deref(), self.trace.as_deref(), row, &policy, self.seed)?;
         }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
                 .map(|r| json!({"name": r.name, "trials": r.trials, "successes": r.successes}))
                 .collect();
-            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality, "joints": report.joints}))?;
-            return Ok(ExitCode::SUCCESS);
+            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality, "joints": report.joints,
+                "stopped": report.stopped}))?;
+        } else {
+            say_card(&report)?;
+            if self.card && !report.stopped {
+                say(&format!("card             {}", card_file.display()))?;
+            }
         }
-        say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
-        say_card(&report)?;
-        if self.card {
-            say(&format!("card             {}", card_file.display()))?;
-        }
-        Ok(ExitCode::SUCCESS)
+        Ok(if report.stopped { interrupt::stopped() } else { ExitCode::SUCCESS })
     }
 
     /// Rows that the command line asks for in place of the skill's own.
@@ -186,7 +202,7 @@ pub fn evaluate_command(policy: &Path, trials: usize, seed: u64) -> String {
 
 /// Prints the table of a card, the quality of the motion and what the joints had to bear.
 pub fn say_card(report: &CardReport) -> Result<(), Box<dyn std::error::Error>> {
-    let CardReport { card, shortfalls, joints } = report;
+    let CardReport { card, shortfalls, joints, .. } = report;
     say(&format!(
         "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
         "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
@@ -204,7 +220,9 @@ pub fn say_card(report: &CardReport) -> Result<(), Box<dyn std::error::Error>> {
     for (name, value) in &card.quality {
         say(&format!("{name:<48} {value:.4}"))?;
     }
-    say(&format!("{:<24} {:>10} {:>10} {:>10}", "joint", "limit N m", "peak N m", "at limit"))?;
+    if !joints.is_empty() {
+        say(&format!("{:<24} {:>10} {:>10} {:>10}", "joint", "limit N m", "peak N m", "at limit"))?;
+    }
     for JointLoad { joint, limit, peak, at_limit } in joints {
         let limit = limit.map_or("-".to_owned(), |n| format!("{n:.0}"));
         say(&format!("{joint:<24} {limit:>10} {peak:>10.1} {:>8.2} %", 100.0 * at_limit))?;

@@ -32,8 +32,11 @@ use std::process::ExitCode;
 
 /// Simulated athletes on the command line.
 ///
-/// Exit codes: 0 success, 1 failure, 2 wrong arguments, 3 a control was found and written but follows its clip worse than
-/// asked (reconstruct).
+/// Exit codes: 0 success, 1 failure, 2 wrong arguments, 3 a result was found and written but is worse than asked (reconstruct: it
+/// follows its clip worse; optimize: it falls), 130 stopped by Ctrl-C.
+///
+/// Ctrl-C: train, reconstruct and optimize save what they have found and say how to go on; evaluate, program, balance and feet show what
+/// they have tried. A second Ctrl-C ends the program at once, and so does the first one for all other commands.
 #[derive(Debug, Parser)]
 #[command(name = "athlete", version)]
 struct Arguments {

@@ -12,7 +12,7 @@ use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
-    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy,
+    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card_until, trained_policy,
 };
 use bevy_athlete::train::{AffineOptions, load_layers, save_policy};
 use clap::Args;
@@ -330,7 +330,7 @@ impl Train {
                 bar.finish_and_clear();
                 say(&format!("stopped after {} samples; saved in {}", news.samples, out.display()))?;
                 say("to go on: the same command with --resume")?;
-                return Ok(ExitCode::from(interrupt::STOPPED));
+                return Ok(interrupt::stopped());
             }
             if done {
                 break;
@@ -346,7 +346,15 @@ impl Train {
             100.0 * parts[2] / all
         ))?;
         let (survival, reward) = if self.card_trials > 0 {
-            self.evaluate(&out)?
+            match self.evaluate(&out)? {
+                Some(measured) => measured,
+                None => {
+                    let out = out.display();
+                    say(&format!("stopped before the card was done; the policy is saved in {out}"))?;
+                    say(&format!("to go on: athlete evaluate {out} --card"))?;
+                    return Ok(interrupt::stopped());
+                }
+            }
         } else {
             trainer.best().map_or((0.0, 0.0), |b| b.evaluation)
         };
@@ -354,16 +362,21 @@ impl Train {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows.
-    fn evaluate(&self, out: &Path) -> Result<(f64, f64), Box<dyn std::error::Error>> {
+    /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows. `None`, and no
+    /// card, where that was stopped.
+    fn evaluate(&self, out: &Path) -> Result<Option<(f64, f64)>, Box<dyn std::error::Error>> {
         let (task, policy) = read_trials(&out.join("policy.onnx"), None, |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
-        let report = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let (trials, stop) = (self.card_trials, &interrupt::asked);
+        let report = robustness_card_until(&task, &policy, trials, TRIALS_SEED, threads, command, stop)?;
+        if report.stopped {
+            return Ok(None);
+        }
         let card = &report.card;
         card.save(out.join("card.json"))?;
         say_card(&report)?;
-        Ok((card.rate(), card.reward_per_step().unwrap_or(f64::NAN)))
+        Ok(Some((card.rate(), card.reward_per_step().unwrap_or(f64::NAN))))
     }
 }
 
