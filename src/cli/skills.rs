@@ -76,7 +76,7 @@ pub(super) fn skill_file(name: &str, ending: &str) -> Result<PathBuf, Vec<String
 
 /// The skill file with this name below [`SKILLS_FOLDER`], or at this path.
 pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
-    if name.ends_with(".skill.ron") && Path::new(name).is_file() {
+    if name.ends_with(".skill.ron") && Path::new(name).exists() {
         return Ok(PathBuf::from(name));
     }
     if [".bvh", ".clip.ron", ".keyposes.ron"].iter().any(|ending| name.ends_with(ending)) {
@@ -90,7 +90,7 @@ pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
 
 /// The program file with this name below [`SKILLS_FOLDER`], or at this path.
 pub fn find_program(name: &str) -> Option<PathBuf> {
-    if name.ends_with(".program.ron") && Path::new(name).is_file() {
+    if name.ends_with(".program.ron") && Path::new(name).exists() {
         return Some(PathBuf::from(name));
     }
     let families = folders(Path::new(SKILLS_FOLDER));

@@ -29,6 +29,7 @@ mod character_files;
 mod character_parts;
 mod character_refusals;
 mod cli;
+mod cli_cases;
 mod cli_refusals;
 mod closed_forms;
 mod cma_es;

@@ -6,6 +6,7 @@ use crate::motion;
 use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
 use crate::train_affine::{self, Goal};
+use bevy_athlete::asset::read_file::read_text;
 use bevy_athlete::cli::{ArgumentError, find_skill, load_task_with, threads, within, write_whole};
 use bevy_athlete::control::tracking::TARGET_SUBSTEPS;
 use bevy_athlete::sim::BuildInfo;
@@ -22,6 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Steps per second of training where nothing else is asked.
 const CLIP_RATE: f64 = 600.0;
+/// Largest checkpoint that is read, bytes.
+const MAX_CHECKPOINT_BYTES: u64 = 1 << 30;
 
 /// Learn a policy. Progress and checkpoints go to the folder --out, in the end with the policy's card; the last line printed
 /// gives the evaluated survival and the reward per step.
@@ -249,6 +252,10 @@ impl Train {
         self.check()?;
         let skill = self.definition()?;
         let task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
+        if let (Some(clip), 0..2) = (&self.clip, task.clip.poses.len()) {
+            let found = task.clip.poses.len();
+            return Err(format!("{}: {found} pose, so nothing to follow; valid: 2 or more", clip.display()).into());
+        }
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
         let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?
             .with_course(&skill.name, task.course.as_deref())?;
@@ -261,7 +268,8 @@ impl Train {
             return train_affine::run(task, options, &goal, &folder);
         }
         let mut trainer = if self.resume {
-            let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
+            let text = read_text(&checkpoint, MAX_CHECKPOINT_BYTES)
+                .map_err(|error| format!("{}: {}", checkpoint.display(), error.fault))?;
             let mut asked = Ok(());
             let trainer = Trainer::resume(task, &text, |options| asked = self.change(options));
             asked?;
