@@ -69,6 +69,7 @@ mod objectives;
 mod one_blade;
 mod policy;
 mod policy_mutations;
+mod policy_refusals;
 mod position_import;
 mod robustness_card;
 mod salchow_clip;
