@@ -299,6 +299,18 @@ impl Bvh {
         let first = index.min(self.frame_count - 1) * self.channel_count;
         &self.values[first..first + self.channel_count]
     }
+    /// One frame with every rotation zero, at the places that the position channels have in the first frame.
+    pub fn at_zero(&self) -> Self {
+        let mut values = self.frame(0).to_vec();
+        for joint in &self.joints {
+            for (channel, value) in joint.channels.iter().zip(&mut values[joint.first_channel..]) {
+                if matches!(channel, Channel::Rotation(_)) {
+                    *value = 0.0;
+                }
+            }
+        }
+        Self { frame_count: 1, values, warnings: Vec::new(), joints: self.joints.clone(), ..*self }
+    }
     /// Index of the joint with this name.
     pub fn joint_index(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|j| j.name == name)

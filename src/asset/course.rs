@@ -10,6 +10,7 @@ mod error;
 mod formula;
 mod instance;
 
+use crate::asset::read_file::{ReadFault, read_bytes};
 use crate::asset::{AssetError, Material};
 use crate::math::RandomStream;
 use serde::{Deserialize, Serialize};
@@ -113,12 +114,11 @@ impl Course {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, CourseError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let unreadable = |error: std::io::Error| AssetError::Read { file: file.clone(), reason: error.to_string() };
-        let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-        if bytes > Self::MAX_BYTES as u64 {
-            return Err(AssetError::TooLarge { file, bytes, limit: Self::MAX_BYTES as u64 }.into());
-        }
-        Self::parse(&file, &std::fs::read(path).map_err(unreadable)?)
+        let bytes = read_bytes(path, Self::MAX_BYTES as u64).map_err(|error| match error.fault {
+            ReadFault::TooLarge { bytes, limit } => AssetError::TooLarge { file: file.clone(), bytes, limit },
+            fault => AssetError::Read { file: file.clone(), reason: fault.to_string() },
+        })?;
+        Self::parse(&file, &bytes)
     }
 
     /// The text of a course file, which [`Course::parse`] reads back; refuses what it would refuse.

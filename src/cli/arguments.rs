@@ -1,6 +1,6 @@
 //! Wrong arguments: the option as it is typed, what was given, what would be valid. One way to say it for all commands.
 
-use super::{InputError, PerformError, SkillInputError};
+use super::{InputError, PerformError, PolicyFolderError, SkillInputError};
 use std::error::Error;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -9,6 +9,13 @@ use std::ops::RangeInclusive;
 pub const FAILED: u8 = 1;
 /// Exit code of a command that was given wrong arguments.
 pub const WRONG_ARGUMENTS: u8 = 2;
+/// Exit code of a command that Ctrl-C stopped: 128 and the number of the signal, as shells have it.
+pub const STOPPED: u8 = 130;
+
+/// Ctrl-C stopped a command, and there is nothing that it could show; what it saved is named.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("stopped: {0}")]
+pub struct Stopped(pub String);
 
 /// An option that cannot be used as it was given.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -48,7 +55,7 @@ pub fn threads(asked: Option<usize>) -> Result<usize, ArgumentError> {
     within("--threads", asked.unwrap_or_else(crate::train::default_threads), 1..=256, "")
 }
 
-/// The code with which a command ends that failed this way: 2 where an argument was wrong, else 1.
+/// The code with which a command ends that failed this way: 2 where an argument was wrong, 130 where Ctrl-C stopped it, else 1.
 pub fn exit_code(error: &(dyn Error + 'static)) -> u8 {
     let named = |error: &InputError| {
         matches!(
@@ -71,8 +78,15 @@ pub fn exit_code(error: &(dyn Error + 'static)) -> u8 {
             Some(SkillInputError::NotFound { .. } | SkillInputError::Motion { .. }) => true,
             Some(SkillInputError::Input(input)) => named(input),
             _ => false,
-        };
-    if wrong { WRONG_ARGUMENTS } else { FAILED }
+        }
+        || matches!(error.downcast_ref::<PolicyFolderError>(), Some(PolicyFolderError::Input(input)) if named(input));
+    if wrong {
+        WRONG_ARGUMENTS
+    } else if error.is::<Stopped>() {
+        STOPPED
+    } else {
+        FAILED
+    }
 }
 
 #[cfg(test)]
@@ -87,6 +101,7 @@ mod tests {
         assert_eq!(threads(Some(0)).unwrap_err().to_string(), "--threads 0: valid is 1 to 256");
         assert_eq!(exit_code(&error), WRONG_ARGUMENTS);
         assert_eq!(exit_code(&std::io::Error::other("disk")), FAILED);
+        assert_eq!(exit_code(&Stopped("nothing was found".into())), STOPPED);
         let world = "moon".parse::<crate::cli::WorldSpec>().unwrap_err();
         assert_eq!(exit_code(&world), WRONG_ARGUMENTS);
     }

@@ -14,7 +14,8 @@ pub fn load_character(name: &str) -> Result<SharedModel, InputError> {
     if let Some(model) = preset(name) {
         return Ok(model);
     }
-    if !Path::new(name).is_file() {
+    // A folder or a device is there all the same: what is wrong with it is said by who reads it.
+    if !Path::new(name).exists() {
         return Err(InputError::NoCharacter { name: name.to_owned(), valid: PRESET_NAMES.join(", ") });
     }
     let character = Character::read(name)?;

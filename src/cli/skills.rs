@@ -2,9 +2,9 @@
 
 use crate::asset::clip::MotionClip;
 use crate::asset::{Course, CourseError};
-use crate::cli::{InputError, load_character, load_motion};
+use crate::cli::{InputError, load_character, load_motion_with};
 use crate::control::{Policy, PolicyError};
-use crate::model::SharedModel;
+use crate::model::{CharacterModel, ImportedMotion, SharedModel};
 use crate::skill::{SkillDefinition, SkillError, TrainedSkill, TrainedSkillError};
 use crate::train::ppo::{SkillTask, TaskError};
 use std::path::{Path, PathBuf};
@@ -76,7 +76,7 @@ pub(super) fn skill_file(name: &str, ending: &str) -> Result<PathBuf, Vec<String
 
 /// The skill file with this name below [`SKILLS_FOLDER`], or at this path.
 pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
-    if name.ends_with(".skill.ron") && Path::new(name).is_file() {
+    if name.ends_with(".skill.ron") && Path::new(name).exists() {
         return Ok(PathBuf::from(name));
     }
     if [".bvh", ".clip.ron", ".keyposes.ron"].iter().any(|ending| name.ends_with(ending)) {
@@ -90,18 +90,41 @@ pub fn find_skill(name: &str) -> Result<PathBuf, SkillInputError> {
 
 /// The program file with this name below [`SKILLS_FOLDER`], or at this path.
 pub fn find_program(name: &str) -> Option<PathBuf> {
-    if name.ends_with(".program.ron") && Path::new(name).is_file() {
+    if name.ends_with(".program.ron") && Path::new(name).exists() {
         return Some(PathBuf::from(name));
     }
     let families = folders(Path::new(SKILLS_FOLDER));
     families.iter().map(|family| family.join(format!("{name}.program.ron"))).find(|p| p.is_file())
 }
 
+/// Is told what each motion was taken for, with its file.
+pub type TellMotion<'a> = &'a mut dyn FnMut(&Path, &ImportedMotion);
+
+fn read_motion(
+    file: &Path,
+    map: Option<&Path>,
+    model: &CharacterModel,
+    tell: TellMotion,
+) -> Result<MotionClip, InputError> {
+    let motion = load_motion_with(file, map, model)?;
+    tell(file, &motion);
+    Ok(motion.clip)
+}
+
 /// A skill with its motion and its policy, `policy.onnx` beside the skill file.
 pub fn load_trained_skill(name: &str, model: &SharedModel) -> Result<TrainedSkill, SkillInputError> {
+    load_trained_skill_with(name, model, &mut |_, _| {})
+}
+
+/// The same; `tell` hears what the motion was taken for.
+pub fn load_trained_skill_with(
+    name: &str,
+    model: &SharedModel,
+    tell: TellMotion,
+) -> Result<TrainedSkill, SkillInputError> {
     let file = find_skill(name)?;
     let skill = SkillDefinition::load(&file)?;
-    let clip = load_motion(&skill.motion, None, model)?;
+    let clip = read_motion(&skill.motion, None, model, tell)?;
     let policy = Policy::load(file.with_file_name("policy.onnx"))?;
     let course = skill.course.as_ref().map(Course::read).transpose().map_err(SkillInputError::Course)?;
     let trained = TrainedSkill::new(skill, &clip, policy, model)?;
@@ -113,15 +136,24 @@ pub fn load_trained_skill(name: &str, model: &SharedModel) -> Result<TrainedSkil
 
 /// Makes a skill ready for trials. `map` is the joint map of a `.bvh` motion.
 pub fn load_task(skill: &SkillDefinition, map: Option<&Path>) -> Result<SkillTask, SkillInputError> {
+    load_task_with(skill, map, &mut |_, _| {})
+}
+
+/// The same; `tell` hears what each motion was taken for.
+pub fn load_task_with(
+    skill: &SkillDefinition,
+    map: Option<&Path>,
+    tell: TellMotion,
+) -> Result<SkillTask, SkillInputError> {
     let model = load_character(&skill.character)?;
-    let clip: MotionClip = load_motion(&skill.motion, map, &model)?;
+    let clip = read_motion(&skill.motion, map, &model, tell)?;
     let mut task = SkillTask::new(skill, model.clone(), &clip)?;
     if let Some(file) = &skill.course {
         task = task.on_course(Course::read(file).map_err(SkillInputError::Course)?)?;
     }
     for file in &skill.after {
         let other = SkillDefinition::load(file)?;
-        let clip = load_motion(&other.motion, None, &model)?;
+        let clip = read_motion(&other.motion, None, &model, tell)?;
         let mut motion = other.prepare_motion(&clip, &model).map_err(TaskError::from)?;
         if let Some(file) = &other.course {
             let course = Course::read(file).map_err(SkillInputError::Course)?;

@@ -149,6 +149,12 @@ pub fn import_bvh(bvh: &Bvh, map: &JointMap, model: &CharacterModel) -> Result<M
     Ok(clip)
 }
 
+/// Metres on the character for one unit of the file, as [`import_bvh`] has them before `stride`.
+pub fn import_scale(bvh: &Bvh, map: &JointMap, model: &CharacterModel) -> Result<f64, ImportError> {
+    map.validate()?;
+    Ok(map.unit * Importer { bvh, map, model }.fit()?)
+}
+
 /// The point of the source that the root follows, and where it lies in the root link.
 struct Anchor {
     joints: (usize, usize),

@@ -1,5 +1,6 @@
 //! The description of a skill: which motion is followed, how, and what a trial looks like. `*.skill.ron`.
 
+mod text;
 mod trial;
 
 use crate::asset::Character;

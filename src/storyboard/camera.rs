@@ -50,7 +50,7 @@ impl Camera {
 
 /// The unit vector the motion goes along, horizontal, world frame: from the first to the last root or, where that is
 /// short, the way the first root faces.
-pub(crate) fn travel(frames: &[StoryboardFrame]) -> DVec3 {
+pub fn travel(frames: &[StoryboardFrame]) -> DVec3 {
     let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
     let root = |f: &StoryboardFrame| f.links.first().map_or(DVec3::ZERO, |l| l.position);
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return DVec3::NEG_Z };

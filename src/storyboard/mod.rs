@@ -34,6 +34,7 @@ mod plot;
 mod raster;
 mod sheet;
 
+pub use camera::travel;
 pub use frame::{Follow, Ground, Heading, StoryboardError, StoryboardFrame, StoryboardOptions, TouchPoint};
 pub use plot::{Chart, Curve, charts_png};
 pub use sheet::Storyboard;

@@ -251,10 +251,54 @@ fn a_strangers_motion_goes_in() {
     refused(&out, &["my.map.ron", "--force"]);
     done(&[&out[..], &["--force"]].concat());
     refused(&["map", &bvh, "--out", "my.ron"], &["--out my.ron", ".map.ron"]);
-    let report = done_json(&["map", &bvh, "--character", "runner", "--json"]);
+    let picture = folder.path("map.png");
+    let report = done_json(&["map", &bvh, "--character", "runner", "--storyboard", &picture, "--json"]);
+    assert_eq!(report["storyboard"], picture.as_str());
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+    refused(&["map", &bvh, "--storyboard", "/no/such/folder/x.png"], &["--storyboard /no/such/folder/x.png"]);
     assert_eq!((report["unit"].as_str(), report["warnings"].as_array().map(Vec::len)), (Some("cm"), Some(0)));
     let output = athlete(&[&run[..], &["--map", &map]].concat());
     assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    // Every command that reads a motion tells the same table, unless a map is given.
+    let table: Vec<&str> = table.lines().filter(|line| line.contains("mixamorig:")).collect();
+    assert!(table.len() > 12, "{table:?}");
+    let (out, picture, joined) = (folder.path("run"), folder.path("show.png"), folder.path("joined.clip.ron"));
+    let body = ["--character", "runner"];
+    let train =
+        ["train", "--clip", &bvh, "--world", "ground", "--iterations", "1", "--pods", "1", "--card-trials", "0"];
+    let commands = [
+        &["show", &bvh, "--storyboard", &picture][..],
+        &["join", &bvh, &bvh, "--out", &joined],
+        &["reconstruct", "--clip", &bvh, "--world", "ground", "--samples", "4", "--keep", "1", "--attempts", "1"],
+        &[&train[..], &["--out", &out]].concat(),
+    ];
+    for command in commands {
+        let told = String::from_utf8_lossy(&athlete(&[command, &body].concat()).stderr).into_owned();
+        for line in &table {
+            assert!(told.contains(line), "{}: `{line}` is missing in:\n{told}", command[0]);
+        }
+        let told = String::from_utf8_lossy(&athlete(&[command, &body, &["--map", &map]].concat()).stderr).into_owned();
+        assert!(!told.contains("mixamorig:"), "{}: {told}", command[0]);
+    }
+    let skill = folder.write(
+        "walk.skill.ron",
+        "(name: \"walk\", character: \"runner\", motion: \"walk.bvh\", world: \"ground\", training_rate: 600)",
+    );
+    let told = athlete(&[
+        "train",
+        &skill,
+        "--iterations",
+        "1",
+        "--pods",
+        "1",
+        "--card-trials",
+        "0",
+        "--out",
+        &folder.path("own"),
+    ]);
+    let told = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(table.iter().all(|line| told.contains(line)), "{told}");
 
     // A wrong count is named and read; one pose is nothing to follow.
     let frames = clip.poses.len();

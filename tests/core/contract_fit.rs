@@ -2,7 +2,8 @@
 //!
 //! A policy that is played with another scale, rate, order of links or order of observations moves the body by wrong numbers without
 //! a word: its trials only look worse. So every field is changed in turn, and every reader has to refuse the change or to show that
-//! it does not matter: a game's loader, `athlete evaluate` and `athlete info`.
+//! it does not matter: a game's loader, `athlete evaluate` and `athlete info`. A body that the command line names is held against the
+//! same contract.
 
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::policy_contract::CONTRACT_KEY;
@@ -11,7 +12,7 @@ use bevy_athlete::model::{CharacterModel, preset, skater};
 use bevy_athlete::skill::{SkillDefinition, TrainedSkill, TrainedSkillError};
 use prost::Message;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tract_onnx::pb::ModelProto;
 
@@ -173,4 +174,44 @@ fn the_command_line_plays_the_contract_or_refuses() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let _ = std::fs::remove_dir_all(&beside);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A body of one's own is tried where the policy fits it, whatever its name; where it does not, the field is named before any trial.
+#[test]
+fn a_body_that_the_command_line_names_fits_or_is_refused() {
+    let beside = std::env::temp_dir().join(format!("athlete-bodies-{}", std::process::id()));
+    std::fs::create_dir_all(&beside).unwrap();
+    let place = |name: &str| beside.join(name).display().to_string();
+    let preset = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/characters/skater.character.ron");
+    let text = std::fs::read_to_string(preset).unwrap();
+    let (anna, heavy) = (place("anna.character.ron"), place("heavy.character.ron"));
+    std::fs::write(&anna, text.replacen("name: \"skater\"", "name: \"anna\"", 1)).unwrap();
+    std::fs::write(&heavy, text.replacen("mass: 5.6154", "mass: 6.6154", 1)).unwrap();
+    // A policy that says which body it was learnt with.
+    let file = place("policy.onnx");
+    let own = |c: &mut Value| c["character_fingerprint"] = json!(format!("{:016x}", skater().fingerprint()));
+    std::fs::write(&file, changed("stroking", own)).unwrap();
+    std::fs::copy(folder("stroking").join("stroking.clip.ron"), place("stroking.clip.ron")).unwrap();
+
+    let evaluate = |more: &[&str]| athlete(&[&["evaluate", &file, "--trials", "8"], more].concat());
+    let (plain, named) = (evaluate(&["--json"]), evaluate(&["--json", "--character", &anna]));
+    assert!(plain.status.success() && named.status.success(), "{}", String::from_utf8_lossy(&named.stderr));
+    assert_eq!(plain.stdout, named.stdout, "the same body by another name does the same");
+    let text = evaluate(&["--character", &anna]);
+    assert!(String::from_utf8_lossy(&text.stdout).contains("stroking of anna"));
+
+    for (body, field) in [(heavy.as_str(), "character_fingerprint"), ("runner", "observation[")] {
+        let output = evaluate(&["--character", body]);
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{body}: {complaint}");
+        assert!(complaint.contains("does not fit") && complaint.contains(field), "{body}: {complaint}");
+        assert!(output.stdout.is_empty(), "{body}: refused before the first trial");
+    }
+    for wrong in [&["--character", "anna"][..], &["--character", "skater", "--card"]] {
+        assert_eq!(evaluate(wrong).status.code(), Some(2), "{wrong:?}");
+    }
+    // Without that fingerprint, links and observation alone decide: a heavier body of the same links is tried.
+    std::fs::write(&file, changed("stroking", |_| {})).unwrap();
+    assert!(evaluate(&["--character", &heavy]).status.success());
+    let _ = std::fs::remove_dir_all(&beside);
 }

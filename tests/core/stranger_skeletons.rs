@@ -5,6 +5,7 @@
 //!   and 1 degree at every link that the skeleton has. Comparing positions alone would not notice a limb that is turned
 //!   about its bone; comparing rotations alone would not notice a wrong unit.
 //! - The map that was found is written to text, read back, and makes the same clip.
+//! - The picture of a map shows both skeletons as they are: bones of one direction, arms level in a T-pose, what drives nothing marked.
 //! - What cannot be right is refused, or warned of by the joint's name; headers that lie are named and read.
 
 use crate::bvh_writer::{Convention, conventions, write_bvh};
@@ -12,6 +13,7 @@ use crate::motion_support::link_places;
 use bevy_athlete::asset::bvh::{Bvh, BvhWarning, FrameTimeUnit};
 use bevy_athlete::asset::clip::{MotionClip, Pose};
 use bevy_athlete::asset::joint_map::{Fit, JointMap};
+use bevy_athlete::cli::map_picture;
 use bevy_athlete::model::{
     CharacterModel, FindMapError, ImportError, KeyPoses, MapWarning, MotionRefusal, MotionWarning, PRESET_NAMES,
     RestPose, check_motion, check_size, find_map, import_bvh, preset,
@@ -122,6 +124,52 @@ fn convention(name: &str) -> Convention {
 fn runner_as(name: &str) -> (String, std::sync::Arc<CharacterModel>) {
     let model = preset("runner").unwrap();
     (write_bvh(&convention(name), &motion(&model), &model), model)
+}
+
+/// The source stands beside the character and every limb of one has the direction of the other's; a wrong scale, a turn that only one of
+/// them made, or a stick on another joint would show.
+#[test]
+fn the_picture_of_a_map_has_both_skeletons_alike() {
+    for (name, zero) in [("mixamo", true), ("cmu", true), ("lafan1", false)] {
+        let (text, model) = runner_as(name);
+        let bvh = Bvh::parse(&text).unwrap();
+        let found = find_map(&bvh, &model).unwrap();
+        let picture = map_picture(&bvh, &found, &model, 5, 0.9).unwrap();
+        assert_eq!(picture.frames.len(), 5 + usize::from(zero), "{name}");
+        let (own, all) = (model.links.len(), picture.model.links.len());
+        assert_eq!(all, 1 + own + bvh.joints().len());
+        assert_eq!(picture.model.mass(), model.mass());
+        // The last joint of each row gives the link its place.
+        let stick = |link: &str| {
+            let row = found.rows.iter().find(|row| row.link == link).unwrap();
+            1 + own + bvh.joint_index(row.joints.last().unwrap()).unwrap()
+        };
+        let body = |link: &str| 1 + model.link_index(link).unwrap();
+        for (k, frame) in picture.frames.iter().enumerate() {
+            let at = |link: usize| frame.links[link].position;
+            let apart = at(body("pelvis")).distance(at(stick("pelvis")));
+            assert!((1.0..2.0).contains(&apart), "{name}, cell {k}: {apart} m apart");
+            for (upper, lower) in [
+                ("thigh_left", "shin_left"),
+                ("thigh_right", "shin_right"),
+                ("upper_arm_left", "forearm_left"),
+                ("upper_arm_right", "forearm_right"),
+            ] {
+                let theirs = (at(stick(lower)) - at(stick(upper))).normalize();
+                let ours = (at(body(lower)) - at(body(upper))).normalize();
+                assert!(theirs.angle_between(ours) < 0.02, "{name}, cell {k}, {upper}: {theirs} and {ours}");
+                if k == 0 && zero && name == "mixamo" && upper.starts_with("upper_arm") {
+                    assert!(theirs.y.abs() < 0.02, "arms are level in a T-pose: {theirs}");
+                }
+            }
+        }
+        let fingers = picture.frames[0].marked.iter().filter(|(link, _)| *link > own);
+        let fingers: Vec<&str> = fingers.map(|(link, _)| picture.model.links[*link].name.as_str()).collect();
+        let unmapped = |name: &&str| found.unmapped.iter().any(|(joint, _)| joint == name);
+        assert!(fingers.iter().all(unmapped), "{name}: {fingers:?}");
+        assert!(name != "mixamo" || fingers.contains(&"mixamorig:LeftHandIndex1"), "{fingers:?}");
+        assert!(!picture.frames[0].marked.contains(&(body("thigh_left"), 0)));
+    }
 }
 
 #[test]

@@ -126,3 +126,13 @@ pub fn edited() -> Vec<(&'static str, fn(&mut PolicyContract))> {
         ("golden.action[0]", |c| c.golden.action[0] = f32::NAN),
     ]
 }
+
+/// Layers whose weights and biases half precision holds exactly.
+pub fn halved(mut layers: DenseLayers) -> DenseLayers {
+    for layer in &mut layers.layers {
+        for number in layer.weights.iter_mut().chain(&mut layer.bias) {
+            *number = (*number * 512.0).round().clamp(-2047.0, 2047.0) / 512.0;
+        }
+    }
+    layers
+}

@@ -1,7 +1,8 @@
 //! `athlete balance`: a body keeps standing in a pose of its feet.
 
 use crate::feet::balance_settings;
-use crate::output::{Outcome, bar, say, say_json};
+use crate::interrupt;
+use crate::output::{Outcome, bar, complain, say, say_json};
 use bevy_athlete::cli::feet::{Disturbance, Episode, StancePose, run_episode};
 use bevy_athlete::cli::{ArgumentError, check_output, load_character, within};
 use bevy_athlete::control::foot::BasicPose;
@@ -88,9 +89,14 @@ impl Balance {
             friction: (self.friction[0], self.friction[1]),
             noise: self.noise,
         };
+        interrupt::watch()?;
         let bar = bar(self.trials as u64, "balance");
-        let (mut held, mut falls, mut cost) = (0, Vec::new(), (0.0, 0.0));
+        let (mut held, mut falls, mut cost, mut done) = (0, Vec::new(), (0.0, 0.0), 0);
         for number in 0..self.trials {
+            if number > 0 && interrupt::asked() {
+                break;
+            }
+            done = number + 1;
             let frames = if number == 0 && self.storyboard.is_some() { 10.0 } else { 0.0 };
             let result = run_episode(&model, &episode, self.seed + number as u64, frames)?;
             match result.fell_at {
@@ -109,21 +115,25 @@ impl Balance {
             bar.inc(1);
         }
         bar.finish_and_clear();
-        let cost = (cost.0 / self.trials as f64, cost.1 / self.trials as f64);
+        let stopped = done < self.trials;
+        if stopped {
+            complain(&format!("stopped after {done} of {} episodes", self.trials));
+        }
+        let cost = (cost.0 / done as f64, cost.1 / done as f64);
         if self.json {
             let falls: Vec<_> = falls.iter().map(|(n, t)| json!({ "episode": n, "time": t })).collect();
             say_json(&json!({
-                "character": model.name, "pose": self.pose, "seconds": self.seconds, "trials": self.trials, "held": held,
+                "character": model.name, "pose": self.pose, "seconds": self.seconds, "trials": done, "held": held,
                 "falls": falls, "method": settings.method.name(), "rate": settings.rate,
-                "controller_s_per_s": cost.0, "all_s_per_s": cost.1,
+                "controller_s_per_s": cost.0, "all_s_per_s": cost.1, "stopped": stopped,
             }))?;
         } else {
-            say(&format!("held             {held} of {} for {} s", self.trials, self.seconds))?;
+            say(&format!("held             {held} of {done} for {} s", self.seconds))?;
             for (number, time) in falls.iter().take(10) {
                 say(&format!("fell             episode {number} at {time:.2} s"))?;
             }
             say(&format!("cost             {:.4} s of controller, {:.4} s in all, for a second", cost.0, cost.1))?;
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(if stopped { interrupt::stopped() } else { ExitCode::SUCCESS })
     }
 }

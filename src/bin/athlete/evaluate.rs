@@ -1,18 +1,19 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
-use crate::output::{Outcome, announce_trace, say, say_json};
-use bevy_athlete::asset::card::fingerprint;
-use bevy_athlete::asset::policy_contract::PolicyContract;
+use crate::interrupt;
+use crate::motion;
+use crate::output::{Outcome, announce_trace, complain, say, say_json};
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task, threads, within,
+    ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with,
+    skill_of_policy, threads, within,
 };
 use bevy_athlete::control::Policy;
 use bevy_athlete::model::CharacterModel;
 use bevy_athlete::sim::TraceWriter;
-use bevy_athlete::skill::{PushOptions, SkillDefinition, TrialOptions, TrialRow};
+use bevy_athlete::skill::{PushOptions, TrialOptions, TrialRow};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use bevy_athlete::train::ppo::{
-    Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card,
+    Actor, CardReport, Environment, EpisodeStatus, JointLoad, SkillTask, StartSampler, robustness_card_until,
 };
 use clap::Args;
 use serde_json::json;
@@ -26,7 +27,7 @@ use std::sync::Arc;
 pub const TRIALS_SEED: u64 = 1_000_003;
 
 /// Try a policy on fresh random trials, all of them counted: it is read from its file and run at the character's own
-/// simulation rate, as in a game. Writes nothing unless asked.
+/// simulation rate, as in a game. Writes nothing unless asked. Ctrl-C begins no more trials and shows those that were begun.
 #[derive(Debug, Args)]
 pub struct Evaluate {
     /// A skill with a trained policy, a .onnx file, or a folder that `athlete train` has filled
@@ -34,6 +35,10 @@ pub struct Evaluate {
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
     trials: usize,
+    /// Instead of the skill's own character: a preset (skater, foot_human, two_segment_human, runner) or a .character.ron file. A
+    /// body that the policy does not fit is refused, as in a game
+    #[arg(long)]
+    character: Option<String>,
     /// Instead of the skill's own rows: three pushes of so many newtons for 0.1 s at the trunk, from random sides
     #[arg(long)]
     push: Option<f64>,
@@ -53,7 +58,7 @@ pub struct Evaluate {
     #[arg(long)]
     trace: Option<PathBuf>,
     /// Write the robustness card (card.json) of the skill's own rows beside the policy
-    #[arg(long, conflicts_with_all = ["push", "speed"])]
+    #[arg(long, conflicts_with_all = ["push", "speed", "character"])]
     card: bool,
     /// Print JSON
     #[arg(long)]
@@ -90,34 +95,50 @@ impl Evaluate {
             path.as_ref().map(|path| check_output(option, path)).transpose()?;
         }
         let file = policy_file(&self.policy)?;
-        let (task, policy) = read_trials(&file, |trial, model| self.change_rows(trial, model))?;
+        let (task, policy) =
+            read_trials(&file, self.character.as_deref(), |trial, model| self.change_rows(trial, model))?;
         let (rate, folder) = (task.settings.rate, file.parent().unwrap_or(Path::new("")));
         let card_file = folder.join("card.json");
         if self.card {
             check_output("--card", &card_file)?;
         }
 
-        let report = robustness_card(&task, &policy, self.trials, self.seed, threads, self.command())?;
+        interrupt::watch()?;
+        if !self.json {
+            let (skill, character) = (&task.skill.name, &task.model.name);
+            say(&format!("{skill} of {character} at {rate} steps per second, seed {}", self.seed))?;
+        }
+        let (command, stop) = (self.command(), &interrupt::asked);
+        let report = robustness_card_until(&task, &policy, self.trials, self.seed, threads, command, stop)?;
         let card = &report.card;
-        if self.card {
+        if self.card && !report.stopped {
             card.save(&card_file)?;
         }
-        if let (true, Some((_, row))) = (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first()) {
+        if report.stopped {
+            let unwritten =
+                [(self.card, "card"), (self.storyboard.is_some(), "storyboard"), (self.trace.is_some(), "trace")];
+            let unwritten: Vec<_> = unwritten.iter().filter(|(asked, _)| *asked).map(|(_, what)| *what).collect();
+            let rest =
+                if unwritten.is_empty() { String::new() } else { format!("; not written: {}", unwritten.join(", ")) };
+            complain(&format!("stopped after {} trials, which are counted{rest}", card.trials));
+        } else if let (true, Some((_, row))) =
+            (self.storyboard.is_some() || self.trace.is_some(), task.trials()?.first())
+        {
             show_trial(self.storyboard.as_deref(), self.trace.as_deref(), row, &policy, self.seed)?;
         }
         if self.json {
             let rows: Vec<_> = (card.rows.iter())
                 .map(|r| json!({"name": r.name, "trials": r.trials, "successes": r.successes}))
                 .collect();
-            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality, "joints": report.joints}))?;
-            return Ok(ExitCode::SUCCESS);
+            say_json(&json!({"skill": card.skill, "rows": rows, "quality": card.quality, "joints": report.joints,
+                "stopped": report.stopped}))?;
+        } else {
+            say_card(&report)?;
+            if self.card && !report.stopped {
+                say(&format!("card             {}", card_file.display()))?;
+            }
         }
-        say(&format!("{} of {} at {rate} steps per second, seed {}", card.skill, card.character, self.seed))?;
-        say_card(&report)?;
-        if self.card {
-            say(&format!("card             {}", card_file.display()))?;
-        }
-        Ok(ExitCode::SUCCESS)
+        Ok(if report.stopped { interrupt::stopped() } else { ExitCode::SUCCESS })
     }
 
     /// Rows that the command line asks for in place of the skill's own.
@@ -150,64 +171,28 @@ impl Evaluate {
     fn command(&self) -> String {
         let push = self.push.map_or(String::new(), |n| format!(" --push {n}"));
         let speed = self.speed.as_ref().map_or(String::new(), |s| format!(" --speed {s}"));
-        format!("{}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
+        let character = self.character.as_ref().map_or(String::new(), |c| format!(" --character {c}"));
+        format!("{}{character}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
     }
 }
 
-/// A policy file, and the task that its trials are made of once `change` has been made to them.
+/// A policy file, and the task that its trials are made of once `change` has been made to them. On `character` instead of the skill's own
+/// where one is given: whether the policy fits it is asked as a game does, before anything is laid out for it.
 pub fn read_trials(
     file: &Path,
+    character: Option<&str>,
     change: impl FnOnce(&mut TrialOptions, &CharacterModel) -> Result<(), Box<dyn std::error::Error>>,
 ) -> Result<(SkillTask, Policy), Box<dyn std::error::Error>> {
     let policy = Policy::load(file)?;
-    let contract = policy.contract();
-    // Beside a skill's description, that is what counts: it may have changed since the training.
-    let mut skill = match skill_beside(file) {
-        Some(described) => SkillDefinition::load(&described)?,
-        None => described_by(contract, file)?,
-    };
+    let mut skill = skill_of_policy(&policy, file, character)?;
+    skill.validate()?;
+    let model = load_character(&skill.character)?;
+    skill.check_policy(&policy, &model)?;
     // What may come before matters to training alone.
     skill.after.clear();
-    change(&mut skill.trial, &*load_character(&skill.character)?)?;
-    let task = load_task(&skill, None)?;
-    skill.check_policy(&policy, &task.model)?;
-    let task = task.at_play_rate()?;
+    change(&mut skill.trial, &model)?;
+    let task = load_task_with(&skill, None, &mut motion::tell)?.at_play_rate()?;
     Ok((task, policy))
-}
-
-/// The description of the skill in a policy's folder, where there is one.
-fn skill_beside(policy: &Path) -> Option<PathBuf> {
-    let entries =
-        std::fs::read_dir(policy.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))).ok()?;
-    let mut found = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let first = found.by_ref().find(|path| path.to_string_lossy().ends_with(".skill.ron"))?;
-    // Of several nobody can say which is meant.
-    (!found.any(|path| path.to_string_lossy().ends_with(".skill.ron"))).then_some(first)
-}
-
-/// The skill as a policy's contract describes it, its motion beside the policy.
-fn described_by(contract: &PolicyContract, policy: &Path) -> Result<SkillDefinition, Box<dyn std::error::Error>> {
-    let motion = policy.with_file_name(&contract.reference.file);
-    if let Some(wanted) = &contract.reference.fingerprint {
-        let bytes = std::fs::read(&motion).map_err(|e| format!("{}: {e}", motion.display()))?;
-        let found = fingerprint(&bytes);
-        if found != *wanted {
-            let motion = motion.display();
-            return Err(format!(
-                "{motion}: fingerprint {found}; valid: {wanted}, the motion that {} was learnt from",
-                policy.display()
-            )
-            .into());
-        }
-    }
-    // What the contract says of the body is in its settings, or else the name.
-    let character = match contract.skill_settings.is_empty() {
-        true => contract.character.clone(),
-        false => contract.parse_skill_settings::<SkillDefinition>()?.character,
-    };
-    let skill = SkillDefinition::of_contract(contract, &*load_character(&character)?)?;
-    let course = skill.course.as_ref().map(|file| policy.with_file_name(file));
-    Ok(SkillDefinition { motion, course, ..skill })
 }
 
 /// The command that measures a policy file, or one in a folder, again.
@@ -218,7 +203,7 @@ pub fn evaluate_command(policy: &Path, trials: usize, seed: u64) -> String {
 
 /// Prints the table of a card, the quality of the motion and what the joints had to bear.
 pub fn say_card(report: &CardReport) -> Result<(), Box<dyn std::error::Error>> {
-    let CardReport { card, shortfalls, joints } = report;
+    let CardReport { card, shortfalls, joints, .. } = report;
     say(&format!(
         "{:<24} {:>7} {:>7} {:>8}  {:<14} {}",
         "trials", "made", "counted", "percent", "95 % interval", "the others lacked"
@@ -236,7 +221,9 @@ pub fn say_card(report: &CardReport) -> Result<(), Box<dyn std::error::Error>> {
     for (name, value) in &card.quality {
         say(&format!("{name:<48} {value:.4}"))?;
     }
-    say(&format!("{:<24} {:>10} {:>10} {:>10}", "joint", "limit N m", "peak N m", "at limit"))?;
+    if !joints.is_empty() {
+        say(&format!("{:<24} {:>10} {:>10} {:>10}", "joint", "limit N m", "peak N m", "at limit"))?;
+    }
     for JointLoad { joint, limit, peak, at_limit } in joints {
         let limit = limit.map_or("-".to_owned(), |n| format!("{n:.0}"));
         say(&format!("{joint:<24} {limit:>10} {peak:>10.1} {:>8.2} %", 100.0 * at_limit))?;

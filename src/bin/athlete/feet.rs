@@ -1,6 +1,7 @@
 //! `athlete feet`: what the segments of a foot buy.
 
-use crate::output::{Outcome, bar, say, say_json};
+use crate::interrupt;
+use crate::output::{Outcome, bar, complain, say, say_json};
 use bevy_athlete::cli::feet::{FeetRow, SearchOptions, experiments, measure_row};
 use bevy_athlete::cli::{ArgumentError, threads, within};
 use bevy_athlete::control::balance::{BalanceMethod, BalanceSettings};
@@ -67,7 +68,9 @@ impl Feet {
 
         let chosen: Vec<_> =
             all.iter().filter(|e| self.row.is_empty() || self.row.iter().any(|r| r == e.name)).collect();
-        let bar = bar(chosen.len() as u64, "feet");
+        interrupt::watch()?;
+        let count = chosen.len();
+        let bar = bar(count as u64, "feet");
         let mut rows = Vec::new();
         if !self.json {
             say(&format!(
@@ -76,6 +79,9 @@ impl Feet {
             ))?;
         }
         for experiment in chosen {
+            if interrupt::asked() {
+                break;
+            }
             bar.set_message(experiment.name);
             let row = measure_row(experiment, settings, &options, long)?;
             bar.inc(1);
@@ -87,6 +93,10 @@ impl Feet {
         bar.finish_and_clear();
         if self.json {
             say_json(&json!({ "rows": rows }))?;
+        }
+        if rows.len() < count {
+            complain(&format!("stopped after {} of {count} rows", rows.len()));
+            return Ok(interrupt::stopped());
         }
         Ok(ExitCode::SUCCESS)
     }

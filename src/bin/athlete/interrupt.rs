@@ -1,12 +1,11 @@
 //! Ctrl-C: a command that has found something saves it first.
 
+use bevy_athlete::cli::STOPPED;
 use std::error::Error;
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
-
-/// The exit code of a command that was stopped: 128 and the number of the signal, as shells have it.
-pub const STOPPED: u8 = 130;
 
 /// From now on the first Ctrl-C only asks the command to stop; the second ends it at once.
 pub fn watch() -> Result<(), Box<dyn Error>> {
@@ -16,6 +15,11 @@ pub fn watch() -> Result<(), Box<dyn Error>> {
         }
     };
     ctrlc::set_handler(stop).map_err(|e| format!("cannot watch for Ctrl-C: {e}").into())
+}
+
+/// The end of a command that was stopped and has saved or shown what it found.
+pub fn stopped() -> ExitCode {
+    ExitCode::from(STOPPED)
 }
 
 /// Whether Ctrl-C was pressed.

@@ -18,7 +18,7 @@ pub struct Join {
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
     #[arg(long)]
     character: String,
-    /// Joint map for .bvh files
+    /// Joint map for .bvh files, instead of the built-in ones that know their skeletons, or those that are found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Poses per second of the clip

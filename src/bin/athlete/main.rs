@@ -4,6 +4,7 @@ mod balance;
 mod bench;
 mod course;
 mod evaluate;
+mod export;
 mod export_mjcf;
 mod feet;
 mod foot_pose;
@@ -32,8 +33,11 @@ use std::process::ExitCode;
 
 /// Simulated athletes on the command line.
 ///
-/// Exit codes: 0 success, 1 failure, 2 wrong arguments, 3 a control was found and written but follows its clip worse than
-/// asked (reconstruct).
+/// Exit codes: 0 success, 1 failure, 2 wrong arguments, 3 a result was found and written but is worse than asked (reconstruct: it
+/// follows its clip worse; optimize: it falls), 130 stopped by Ctrl-C.
+///
+/// Ctrl-C: train, reconstruct and optimize save what they have found and say how to go on; evaluate, program, balance and feet show what
+/// they have tried. A second Ctrl-C ends the program at once, and so does the first one for all other commands.
 #[derive(Debug, Parser)]
 #[command(name = "athlete", version)]
 struct Arguments {
@@ -71,6 +75,8 @@ enum Command {
     Train(train::Train),
     /// Try a policy on fresh random trials
     Evaluate(evaluate::Evaluate),
+    /// Make a skill that a game loads of what a training left
+    Export(export::Export),
     /// Perform a program of trained skills many times
     Program(program::Program),
     /// Run a course of obstacles with a step planner many times
@@ -95,6 +101,7 @@ fn main() -> ExitCode {
         Command::Feet(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
+        Command::Export(command) => command.run(),
         Command::Program(command) => command.run(),
         Command::Course(command) => command.run(),
         Command::Bench(command) => command.run(),

@@ -4,13 +4,24 @@ use crate::motion::warn;
 use crate::output::{Outcome, say, say_json};
 use crate::simulate::in_file;
 use bevy_athlete::asset::bvh::Bvh;
-use bevy_athlete::cli::{ArgumentError, check_output, keep_earlier, load_character};
-use bevy_athlete::model::{find_map, import_motion};
+use bevy_athlete::cli::{ArgumentError, check_output, keep_earlier, load_character, map_picture};
+use bevy_athlete::model::{CharacterModel, FoundMap, find_map, import_motion};
+use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// Instants of the motion in the picture.
+const POSES: usize = 7;
+/// Cells in a row, and the size of one, pixels.
+const COLUMNS: usize = 4;
+const CELL: (u32, u32) = (460, 360);
+/// Height of the title, pixels.
+const TITLE: u32 = 50;
+/// Where the camera stands: between the figure's side and its front, rad.
+const AZIMUTH: f64 = 0.9;
 const ENDING: &str = ".map.ron";
 
 #[derive(Debug, Args)]
@@ -26,6 +37,9 @@ pub struct Map {
     /// Replace the file at --out
     #[arg(long, requires = "out")]
     force: bool,
+    /// Write a picture (PNG): the skeleton of the file beside the character that follows it, in the pose at zero and in the motion
+    #[arg(long)]
+    storyboard: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -39,6 +53,9 @@ impl Map {
             }
             check_output("--out", out)?;
             keep_earlier("--out", core::slice::from_ref(out), self.force, "a new file")?;
+        }
+        if let Some(path) = &self.storyboard {
+            check_output("--storyboard", path)?;
         }
         let model = load_character(&self.character)?;
         let bvh = Bvh::load(&self.file).map_err(|error| in_file(&self.file, &error))?;
@@ -60,6 +77,9 @@ impl Map {
         }
         // What the map makes of the motion is told as well: a map with a wrong rest pose looks right as a table.
         let imported = import_motion(&bvh, Some(&found.map), &model).map_err(|error| in_file(&self.file, &error))?;
+        if let Some(path) = &self.storyboard {
+            self.draw(path, &bvh, &found, &model)?;
+        }
         let mut warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
         warnings.extend(imported.warnings.iter().map(ToString::to_string));
         if self.json {
@@ -73,7 +93,7 @@ impl Map {
                 "unit": found.unit, "metres_per_unit": found.map.unit, "leg_m": found.leg,
                 "pose_at_zero": found.rest.to_string(), "rows": rows,
                 "unmapped": found.unmapped.iter().map(|(joint, reason)| json!([joint, reason])).collect::<Vec<_>>(),
-                "warnings": warnings, "out": self.out,
+                "warnings": warnings, "out": self.out, "storyboard": self.storyboard,
             }))?;
         } else {
             say(&format!(
@@ -86,11 +106,33 @@ impl Map {
             if let Some(out) = &self.out {
                 say(&format!("map              {}", out.display()))?;
             }
+            if let Some(path) = &self.storyboard {
+                say(&format!("storyboard       {}", path.display()))?;
+            }
         }
         for warning in &found.warnings {
             crate::output::complain(&format!("warning: {warning}"));
         }
         warn(&imported.warnings);
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The skeleton of the file on the left, the character on the right.
+    fn draw(&self, path: &Path, bvh: &Bvh, found: &FoundMap, model: &CharacterModel) -> Result<(), Box<dyn Error>> {
+        let picture = map_picture(bvh, found, model, POSES, AZIMUTH).map_err(|error| in_file(&self.file, &error))?;
+        let cells = picture.frames.len();
+        let rows = cells.div_ceil(COLUMNS) as u32;
+        let options = StoryboardOptions {
+            width: CELL.0 * cells.clamp(2, COLUMNS) as u32,
+            height: CELL.1 * rows + TITLE,
+            frames: cells,
+            columns: COLUMNS,
+            azimuth: AZIMUTH,
+            ground: Ground::Floor,
+            path_band: false,
+            title: format!("{} on {}, red: drives or follows nothing", found.map.name, model.name),
+            ..Default::default()
+        };
+        Ok(Storyboard::new(options).write(&picture.model, &picture.frames, path)?)
     }
 }

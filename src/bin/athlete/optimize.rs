@@ -6,8 +6,8 @@ use crate::simulate::draw;
 use bevy_athlete::asset::Character;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::cli::{
-    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, WorldSpec, check_folder, find_key_poses,
-    keep_earlier, load_character, perform, threads, within,
+    ChosenWorld, FrameRecorder, PerformOptions, PerformanceReport, Script, Stopped, WorldSpec, check_folder,
+    find_key_poses, keep_earlier, load_character, perform, threads, within,
 };
 use bevy_athlete::control::{MotionRecorder, ReconstructedControl};
 use bevy_athlete::model::{KeyPoses, SharedModel};
@@ -105,6 +105,7 @@ impl Optimize {
         };
         let saved = place("optimize.ron");
         let resume = if self.resume { Some(Checkpoint::load(&saved)?) } else { None };
+        interrupt::watch()?;
         let build = BuildInfo::current();
         if !self.json {
             say(&build.to_string())?;
@@ -120,7 +121,6 @@ impl Optimize {
             }
         }
 
-        interrupt::watch()?;
         let begin = Instant::now();
         let result = self.search(&plan, world, &options, resume, &saved)?;
         let taken = begin.elapsed().as_secs_f64();
@@ -194,8 +194,13 @@ impl Optimize {
         match failure {
             Some(failure) => Err(failure.into()),
             None if result.is_err() && interrupt::asked() => {
-                let saved = saved.display();
-                Err(format!("stopped; the windows that were done are in {saved}: --resume goes on from there").into())
+                let found = match saved.exists() {
+                    true => {
+                        format!("the windows that were done are in {}: --resume goes on from there", saved.display())
+                    }
+                    false => "no window was done yet".into(),
+                };
+                Err(Stopped(found).into())
             }
             None => Ok(result?),
         }

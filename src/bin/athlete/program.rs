@@ -1,9 +1,11 @@
 //! `athlete program`: one skill after the other, many times.
 
-use crate::output::{Outcome, bar, say, say_json};
+use crate::interrupt;
+use crate::motion;
+use crate::output::{Outcome, bar, complain, say, say_json};
 use bevy_athlete::asset::card::wilson_interval;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, SKILLS_FOLDER, check_output, find_program, load_character, load_trained_skill,
+    ArgumentError, FrameRecorder, SKILLS_FOLDER, check_output, find_program, load_character, load_trained_skill_with,
     run_program, threads, within,
 };
 use bevy_athlete::contact::World;
@@ -61,7 +63,8 @@ impl Program {
         let mut skills = BTreeMap::new();
         for element in &program.elements {
             if !skills.contains_key(&element.skill) {
-                skills.insert(element.skill.clone(), Arc::new(load_trained_skill(&element.skill, &model)?));
+                let skill = load_trained_skill_with(&element.skill, &model, &mut motion::tell)?;
+                skills.insert(element.skill.clone(), Arc::new(skill));
             }
         }
         let director = Director::program(&program, &skills, model.step_rate)?;
@@ -95,13 +98,14 @@ impl Program {
             Storyboard::new(options).write(&model, frames.frames(), path)?;
         }
 
+        interrupt::watch()?;
         let (next, progress) = (AtomicU64::new(0), bar(self.runs, "program"));
         let runs = std::thread::scope(|scope| -> Result<Vec<_>, Box<dyn std::error::Error>> {
             let work = || -> Result<Vec<_>, bevy_athlete::control::PolicyError> {
                 let (mut mine, mut done) = (director.clone(), Vec::new());
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= self.runs {
+                    if number >= self.runs || (interrupt::asked() && !done.is_empty()) {
                         return Ok(done);
                     }
                     done.push(run_program(&mut mine, &model, &world, &trial, (self.seed, number), |_, _| {})?);
@@ -116,6 +120,11 @@ impl Program {
             Ok(all)
         })?;
         progress.finish_and_clear();
+        let (count, stopped) = (runs.len() as u64, interrupt::asked());
+        if stopped {
+            complain(&format!("stopped after {count} of {} performances", self.runs));
+        }
+        let end = if stopped { interrupt::stopped() } else { ExitCode::SUCCESS };
 
         let elements = &program.elements;
         let reached = |k: usize| runs.iter().filter(|r| r.element >= k).count();
@@ -125,8 +134,10 @@ impl Program {
             let rows: Vec<_> = (elements.iter().enumerate())
                 .map(|(k, e)| json!({"name": e.skill, "trials": reached(k), "successes": reached(k) - fell(k)}))
                 .collect();
-            say_json(&json!({"program": program.name, "runs": self.runs, "successes": whole, "rows": rows}))?;
-            return Ok(ExitCode::SUCCESS);
+            say_json(
+                &json!({"program": program.name, "runs": count, "successes": whole, "rows": rows, "stopped": stopped}),
+            )?;
+            return Ok(end);
         }
         say(&format!(
             "{:<3} {:<26} {:>7} {:>6}  {}",
@@ -141,14 +152,13 @@ impl Program {
             });
             say(&format!("{:<3} {:<26} {:>7} {:>6}  {transition}", k + 1, element.skill, reached(k), fell(k)))?;
         }
-        let (low, high) = wilson_interval(whole, self.runs);
+        let (low, high) = wilson_interval(whole, count);
         say(&format!(
-            "{whole} of {} performances without a fall, {:.1} % (95 % interval {:.1} to {:.1})",
-            self.runs,
-            100.0 * whole as f64 / self.runs as f64,
+            "{whole} of {count} performances without a fall, {:.1} % (95 % interval {:.1} to {:.1})",
+            100.0 * whole as f64 / count as f64,
             100.0 * low,
             100.0 * high
         ))?;
-        Ok(ExitCode::SUCCESS)
+        Ok(end)
     }
 }

@@ -7,8 +7,8 @@ use crate::record::Record;
 use crate::simulate::draw;
 use crate::world_args::WorldArgs;
 use bevy_athlete::cli::{
-    ArgumentError, FrameRecorder, PerformOptions, Script, check_output, keep_earlier, load_character, perform, threads,
-    within,
+    ArgumentError, FrameRecorder, PerformOptions, Script, Stopped, check_output, keep_earlier, load_character, perform,
+    threads, within,
 };
 use bevy_athlete::sim::{BuildInfo, SimulationSettings};
 use bevy_athlete::train::{ReconstructError, ReconstructOptions, reconstruct};
@@ -86,7 +86,7 @@ pub fn failure(file: &Path, error: ReconstructError) -> Box<dyn Error> {
         ReconstructError::Option { option, found, valid } => {
             ArgumentError::new(format!("--{}", option.replace('_', "-")), found, valid).into()
         }
-        ReconstructError::Cancelled => "stopped before the first window: nothing was found".into(),
+        ReconstructError::Cancelled => Stopped("nothing was found, not even the first window".into()).into(),
         other => format!("{}: {other}", file.display()).into(),
     }
 }
@@ -144,6 +144,7 @@ impl Reconstruct {
             threads,
             ..defaults
         };
+        interrupt::watch()?;
         let build = BuildInfo::current();
         if !self.json {
             say(&build.to_string())?;
@@ -153,7 +154,6 @@ impl Reconstruct {
             }
         }
 
-        interrupt::watch()?;
         let bar = bar(1, "reconstruct");
         let begin = Instant::now();
         let found = reconstruct(&model, &solids, &world.to_string(), &clip, &options, |news| {
@@ -180,7 +180,7 @@ impl Reconstruct {
                 None => "lost without --out".into(),
             };
             complain(&format!("stopped: a control of {done:.2} of {whole:.2} s was found, {kept}"));
-            return Ok(ExitCode::from(interrupt::STOPPED));
+            return Ok(interrupt::stopped());
         }
 
         // Replayed as `simulate --control` would.

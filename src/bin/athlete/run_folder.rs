@@ -3,6 +3,7 @@
 use bevy_athlete::asset::Course;
 use bevy_athlete::asset::card::fingerprint;
 use bevy_athlete::asset::clip::MotionClip;
+use bevy_athlete::asset::read_file::read_bytes;
 use bevy_athlete::cli::{ArgumentError, check_folder, keep_earlier, write_whole};
 use bevy_athlete::train::ppo::course_file;
 use std::error::Error;
@@ -86,6 +87,6 @@ impl RunFolder {
     }
 
     fn has_motion(&self) -> bool {
-        std::fs::read(self.motion_file()).is_ok_and(|bytes| bytes == self.text.as_bytes())
+        read_bytes(self.motion_file(), self.text.len() as u64).is_ok_and(|bytes| bytes == self.text.as_bytes())
     }
 }

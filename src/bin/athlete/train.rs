@@ -2,16 +2,18 @@
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
 use crate::interrupt;
+use crate::motion;
 use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
 use crate::train_affine::{self, Goal};
-use bevy_athlete::cli::{ArgumentError, find_skill, load_task, threads, within, write_whole};
+use bevy_athlete::asset::read_file::read_text;
+use bevy_athlete::cli::{ArgumentError, find_skill, load_task_with, threads, within, write_whole};
 use bevy_athlete::control::tracking::TARGET_SUBSTEPS;
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
-    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card, trained_policy,
+    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card_until, trained_policy,
 };
 use bevy_athlete::train::{AffineOptions, load_layers, save_policy};
 use clap::Args;
@@ -21,6 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Steps per second of training where nothing else is asked.
 const CLIP_RATE: f64 = 600.0;
+/// Largest checkpoint that is read, bytes.
+const MAX_CHECKPOINT_BYTES: u64 = 1 << 30;
 
 /// Learn a policy. Progress and checkpoints go to the folder --out, in the end with the policy's card; the last line printed
 /// gives the evaluated survival and the reward per step.
@@ -50,7 +54,7 @@ pub struct Train {
     /// Find an affine policy (one matrix and an offset) by CMA-ES instead of a network by reinforcement; --iterations are its generations
     #[arg(long, conflicts_with_all = ["resume", "from", "hidden"])]
     affine: bool,
-    /// Joint map for a .bvh file
+    /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]
     map: Option<PathBuf>,
     /// Servo gains KP,KD for --clip instead of the character's
@@ -247,7 +251,11 @@ impl Train {
     pub fn run(&self) -> Outcome {
         self.check()?;
         let skill = self.definition()?;
-        let task = load_task(&skill, self.map.as_deref())?;
+        let task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
+        if let (Some(clip), 0..2) = (&self.clip, task.clip.poses.len()) {
+            let found = task.clip.poses.len();
+            return Err(format!("{}: {found} pose, so nothing to follow; valid: 2 or more", clip.display()).into());
+        }
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&skill.name));
         let folder = RunFolder::open(&out, &skill.name, &task.clip, self.resume, self.force)?
             .with_course(&skill.name, task.course.as_deref())?;
@@ -260,7 +268,8 @@ impl Train {
             return train_affine::run(task, options, &goal, &folder);
         }
         let mut trainer = if self.resume {
-            let text = std::fs::read_to_string(&checkpoint).map_err(|e| format!("{}: {e}", checkpoint.display()))?;
+            let text = read_text(&checkpoint, MAX_CHECKPOINT_BYTES)
+                .map_err(|error| format!("{}: {}", checkpoint.display(), error.fault))?;
             let mut asked = Ok(());
             let trainer = Trainer::resume(task, &text, |options| asked = self.change(options));
             asked?;
@@ -329,7 +338,7 @@ impl Train {
                 bar.finish_and_clear();
                 say(&format!("stopped after {} samples; saved in {}", news.samples, out.display()))?;
                 say("to go on: the same command with --resume")?;
-                return Ok(ExitCode::from(interrupt::STOPPED));
+                return Ok(interrupt::stopped());
             }
             if done {
                 break;
@@ -345,7 +354,15 @@ impl Train {
             100.0 * parts[2] / all
         ))?;
         let (survival, reward) = if self.card_trials > 0 {
-            self.evaluate(&out)?
+            match self.evaluate(&out)? {
+                Some(measured) => measured,
+                None => {
+                    let out = out.display();
+                    say(&format!("stopped before the card was done; the policy is saved in {out}"))?;
+                    say(&format!("to go on: athlete evaluate {out} --card"))?;
+                    return Ok(interrupt::stopped());
+                }
+            }
         } else {
             trainer.best().map_or((0.0, 0.0), |b| b.evaluation)
         };
@@ -353,16 +370,21 @@ impl Train {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows.
-    fn evaluate(&self, out: &Path) -> Result<(f64, f64), Box<dyn std::error::Error>> {
-        let (task, policy) = read_trials(&out.join("policy.onnx"), |_, _| Ok(()))?;
+    /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows. `None`, and no
+    /// card, where that was stopped.
+    fn evaluate(&self, out: &Path) -> Result<Option<(f64, f64)>, Box<dyn std::error::Error>> {
+        let (task, policy) = read_trials(&out.join("policy.onnx"), None, |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
-        let report = robustness_card(&task, &policy, self.card_trials, TRIALS_SEED, threads, command)?;
+        let (trials, stop) = (self.card_trials, &interrupt::asked);
+        let report = robustness_card_until(&task, &policy, trials, TRIALS_SEED, threads, command, stop)?;
+        if report.stopped {
+            return Ok(None);
+        }
         let card = &report.card;
         card.save(out.join("card.json"))?;
         say_card(&report)?;
-        Ok((card.rate(), card.reward_per_step().unwrap_or(f64::NAN)))
+        Ok(Some((card.rate(), card.reward_per_step().unwrap_or(f64::NAN))))
     }
 }
 

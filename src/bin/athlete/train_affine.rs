@@ -3,6 +3,7 @@
 use crate::interrupt;
 use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
+use bevy_athlete::cli::Stopped;
 use bevy_athlete::train::ppo::{SkillTask, trained_policy};
 use bevy_athlete::train::{AffineOptions, AffineSearch, save_policy};
 use std::process::ExitCode;
@@ -54,6 +55,12 @@ pub fn run(task: SkillTask, options: AffineOptions, goal: &Goal, folder: &RunFol
         }
     }
     bar.finish_and_clear();
+    if interrupt::asked() {
+        let policy = folder.place("policy.onnx");
+        let Some(best) = saved else { return Err(Stopped("no policy was found yet".into()).into()) };
+        say(&format!("stopped; the best policy, of generation {best}, is saved in {}", policy.display()))?;
+        return Ok(interrupt::stopped());
+    }
     let (survival, reward) = search.best().map_or((0.0, 0.0), |b| b.evaluation);
     say(&format!("survival {:.1} % reward {reward:.3}", 100.0 * survival))?;
     Ok(ExitCode::SUCCESS)

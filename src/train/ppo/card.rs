@@ -3,7 +3,7 @@
 use crate::asset::card::{CARD_VERSION, CardRow, RobustnessCard, reward_name};
 use crate::control::Policy;
 use crate::math::F32x8;
-use crate::train::ppo::evaluate::{evaluate, row_seed};
+use crate::train::ppo::evaluate::{evaluate_until, row_seed};
 use crate::train::ppo::quality::{JointLoad, motion_quality};
 use crate::train::ppo::task::{SkillTask, TaskError};
 use std::collections::BTreeMap;
@@ -20,6 +20,8 @@ pub struct CardReport {
     pub shortfalls: Vec<String>,
     /// What the joints had to bear in the trials by which the quality of the motion is measured.
     pub joints: Vec<JointLoad>,
+    /// It was stopped: there are fewer trials than were asked for, or rows, or no quality of the motion.
+    pub stopped: bool,
 }
 
 /// Tries a policy on fresh random trials of each row of its skill, all of them counted, at the task's simulation rate.
@@ -32,11 +34,27 @@ pub fn robustness_card(
     threads: usize,
     command: String,
 ) -> Result<CardReport, TaskError> {
+    robustness_card_until(task, policy, trials, seed, threads, command, &|| false)
+}
+
+/// [`robustness_card`] that begins no more trials once `stop` says so, and is then one of those that were begun.
+pub fn robustness_card_until(
+    task: &SkillTask,
+    policy: &Policy,
+    trials: usize,
+    seed: u64,
+    threads: usize,
+    command: String,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<CardReport, TaskError> {
     let tables = task.trials()?;
     let (mut rows, mut shortfalls, mut quality) = (Vec::new(), Vec::new(), BTreeMap::new());
     let mut joints = Vec::new();
     for (k, (name, row)) in tables.iter().enumerate() {
-        let found = evaluate::<F32x8, _>(row, policy, trials, row_seed(seed, k), threads);
+        if k > 0 && stop() {
+            break;
+        }
+        let found = evaluate_until::<F32x8, _>(row, policy, trials, row_seed(seed, k), threads, stop);
         rows.push(CardRow::new(name, found.trials as u64, found.survived as u64));
         quality.insert(reward_name(name), found.reward);
         quality.insert(format!("residual_rad, {name}"), found.residual);
@@ -51,7 +69,8 @@ pub fn robustness_card(
         }
         shortfalls.push(lacked);
     }
-    if let Some((_, row)) = tables.first() {
+    let stopped = stop();
+    if let Some((_, row)) = tables.first().filter(|_| !stopped) {
         let q = motion_quality(row, policy, QUALITY_TRIALS.min(trials), seed);
         for (name, value) in [
             ("joint_jerk_rad_per_s3", q.jerk),
@@ -79,5 +98,5 @@ pub fn robustness_card(
         quality,
         command,
     };
-    Ok(CardReport { card, shortfalls, joints })
+    Ok(CardReport { card, shortfalls, joints, stopped })
 }

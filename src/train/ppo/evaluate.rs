@@ -83,12 +83,26 @@ pub fn evaluate<R: Real, A: Actor>(
     seed: u64,
     threads: usize,
 ) -> EvaluationReport {
+    evaluate_until::<R, A>(task, actor, trials, seed, threads, &|| false)
+}
+
+/// [`evaluate`] that begins no more trials once `stop` says so. Every thread finishes the trials that it has begun, and begins some, so
+/// there are fewer trials, but of those that there are none is left out.
+pub(crate) fn evaluate_until<R: Real, A: Actor>(
+    task: &Arc<SkillTask>,
+    actor: &A,
+    trials: usize,
+    seed: u64,
+    threads: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> EvaluationReport {
     let batches = trials.div_ceil(R::LANES).max(1);
     let threads = threads.clamp(1, batches);
     let per_thread = batches.div_ceil(threads);
     let run = |first: usize, count: usize| -> Vec<Tried> {
         let mut scratch = A::Scratch::default();
         (first..(first + count).min(batches))
+            .take_while(|batch| *batch == first || !stop())
             .flat_map(|batch| {
                 let wanted = trials.max(1).saturating_sub(batch * R::LANES).min(R::LANES);
                 run_batch::<R, A>(task, actor, &mut scratch, seed, batch as u64, wanted)

@@ -24,7 +24,7 @@ mod task;
 mod trainer;
 
 #[cfg(feature = "policy")]
-pub use card::{CardReport, robustness_card};
+pub use card::{CardReport, robustness_card, robustness_card_until};
 pub use curve::curve_csv;
 pub use environment::{Environment, Episode, EpisodeStatus, Outcome};
 pub use error::TrainError;
