@@ -1,6 +1,7 @@
 //! The simulation of one athlete.
 
 use crate::contact::BladeEdge;
+use crate::control::balance::{Balance, BalanceError, BalanceSettings, Stance};
 use crate::control::tracking::Heading;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, TrackingError, tracking_error};
 use crate::engine::controller::Controller;
@@ -131,7 +132,7 @@ impl AthleteBody {
     pub fn control_seconds(&self) -> Option<f64> {
         match &self.controller {
             Controller::Play { player, .. } => Some(player.reference().duration()),
-            Controller::Hold | Controller::Direct { .. } => None,
+            Controller::Hold | Controller::Direct { .. } | Controller::Balance { .. } => None,
         }
     }
 
@@ -146,7 +147,7 @@ impl AthleteBody {
     /// Deviation from the reference of the control that plays or the skill that is performed, at the present time.
     pub fn tracking_error(&self) -> Option<TrackingError> {
         let pose = match &self.controller {
-            Controller::Hold => return None,
+            Controller::Hold | Controller::Balance { .. } => return None,
             Controller::Play { player, .. } => &player.reference().at(self.time()).pose,
             Controller::Direct { director, .. } => &director.player().reference_pose(),
         };
@@ -158,7 +159,7 @@ impl AthleteBody {
     pub fn reference_links(&self, t: f64, out: &mut Vec<LinkTransform>) -> bool {
         out.clear();
         let player = match &self.controller {
-            Controller::Hold => return false,
+            Controller::Hold | Controller::Balance { .. } => return false,
             Controller::Direct { director, .. } => {
                 director.player().reference_pose().link_transforms(self.model(), out);
                 return true;
@@ -188,9 +189,30 @@ impl AthleteBody {
         self.reset();
     }
 
+    /// Keeps the body standing from where it is, by control of momentum; a body that stands so already takes the stance of `balance`.
+    pub fn balance(&mut self, stance: Stance) -> Result<(), BalanceError> {
+        if let Controller::Balance { balance, stance: wanted, .. } = &mut self.controller {
+            balance.assume(stance.clone())?;
+            *wanted = stance;
+            return Ok(());
+        }
+        let mut balance = Balance::new(self.simulator.model(), BalanceSettings::default())?;
+        balance.assume(stance.clone())?;
+        self.give(Controller::Balance { balance: Box::new(balance), stance, begun: false });
+        Ok(())
+    }
+
     fn give(&mut self, controller: Controller) {
         self.refuse_request(NoEntry::Restarted);
         self.given = Arc::new(controller.clone());
+        if self.steps_alone() {
+            // Torques and loose servos were its own.
+            let model = self.simulator.model().clone();
+            for (command, link) in self.simulator.commands.iter_mut().zip(&model.links) {
+                command.torque = Vec3::zero();
+                (command.kp, command.kd) = (link.gains.kp, link.gains.kd);
+            }
+        }
         self.controller = controller;
     }
 
@@ -214,7 +236,9 @@ impl AthleteBody {
         match &self.controller {
             _ if self.quarantine.is_some() => Entry::Never(NoEntry::NotSimulated),
             Controller::Direct { director, .. } => director.entry(&mut self.simulator, skill),
-            Controller::Hold | Controller::Play { .. } => Entry::Never(NoEntry::NotSteered),
+            Controller::Hold | Controller::Play { .. } | Controller::Balance { .. } => {
+                Entry::Never(NoEntry::NotSteered)
+            }
         }
     }
 
@@ -228,7 +252,7 @@ impl AthleteBody {
                     director.request(&mut self.simulator, &skill);
                     continue;
                 }
-                Controller::Hold | Controller::Play { .. } => NoEntry::NotSteered,
+                Controller::Hold | Controller::Play { .. } | Controller::Balance { .. } => NoEntry::NotSteered,
             };
             self.events.push(BodyEvent::SkillRefused { time, skill, reason });
         }
@@ -291,7 +315,7 @@ impl AthleteBody {
     pub(super) fn full_rate(&self) -> f64 {
         match &self.controller {
             Controller::Direct { director, .. } => director.simulation_rate(self.model()),
-            Controller::Hold | Controller::Play { .. } => self.model().step_rate,
+            Controller::Hold | Controller::Play { .. } | Controller::Balance { .. } => self.model().step_rate,
         }
     }
 
@@ -320,7 +344,7 @@ impl AthleteBody {
                 // At the start of a decision every rate that fits can be gone to.
                 director.set_rate(rate);
             }
-            Controller::Hold => {
+            Controller::Hold | Controller::Balance { .. } => {
                 let mut fresh: Simulator<f64> =
                     Simulator::new(model.clone(), SimulationSettings { rate: model.step_rate, ..settings });
                 let height = DVec3::new(0.0, model.rest_root_height(), 0.0);
@@ -328,6 +352,9 @@ impl AthleteBody {
                 fresh.state.set_pose(0, self.placement.point(height), self.placement.heading, &joints);
                 fresh.state_changed();
                 self.simulator = fresh;
+                if let Controller::Balance { begun, .. } = &mut self.controller {
+                    *begun = false;
+                }
             }
         }
         self.quarantine = None;

@@ -84,6 +84,7 @@ fn kind(controller: &Controller) -> u8 {
         Controller::Hold => 0,
         Controller::Play { .. } => 1,
         Controller::Direct { .. } => 2,
+        Controller::Balance { .. } => 3,
     }
 }
 

@@ -117,6 +117,11 @@ impl AthleteBody {
         self.detector.observe(sim, lane, time, touches, surroundings, &mut self.events);
     }
 
+    /// Whether it looks at body and ground before every step, and has to be stepped alone.
+    pub(super) fn steps_alone(&self) -> bool {
+        matches!(self.controller, Controller::Balance { .. })
+    }
+
     /// Whether the controller looks at the state after this step.
     pub(super) fn looks_at_state(&self) -> bool {
         self.controller.at_decision()
@@ -144,7 +149,7 @@ impl AthleteBody {
                 self.events.push(BodyEvent::Finished { time });
                 true
             }
-            Controller::Hold | Controller::Play { .. } => false,
+            Controller::Hold | Controller::Play { .. } | Controller::Balance { .. } => false,
         }
     }
 
@@ -161,6 +166,7 @@ impl AthleteBody {
             if self.quarantine.is_some() {
                 return;
             }
+            self.controller.before_step(&mut self.simulator, ground);
             step(&mut self.simulator, ground);
             ground.stepped(&self.simulator);
             let touches = Touches::of(&self.simulator, &self.detector);

@@ -3,6 +3,7 @@
 use crate::asset::bone_map::BoneMapError;
 use crate::asset::clip::ClipError;
 use crate::asset::{AssetError, CourseError};
+use crate::control::balance::BalanceError;
 use crate::control::{ControlError, PolicyError};
 use crate::model::KeyPoseError;
 use crate::skill::{GraphError, ProgramError, SkillError, TrainedSkillError};
@@ -140,6 +141,9 @@ pub enum AthleteRefusal {
     /// The skills cannot follow each other, or not at the character's steps per second.
     #[error("{0}")]
     Graph(Arc<GraphError>),
+    /// The character cannot balance so: its feet lack what the pose stands on.
+    #[error("{0}")]
+    Balance(Arc<BalanceError>),
 }
 
 impl From<SkillError> for LoadError {
@@ -163,6 +167,12 @@ impl From<PolicyError> for LoadError {
 impl From<ProgramError> for LoadError {
     fn from(error: ProgramError) -> Self {
         Self::Program(Box::new(error))
+    }
+}
+
+impl From<BalanceError> for AthleteRefusal {
+    fn from(error: BalanceError) -> Self {
+        Self::Balance(Arc::new(error))
     }
 }
 

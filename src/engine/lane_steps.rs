@@ -119,9 +119,9 @@ pub(super) fn step_all(due: Vec<Due>, lanes: bool, kept: &LaneSimulators) {
     }
 }
 
-/// Outside forces are common to all lanes: a body that has any steps alone.
+/// Outside forces are common to all lanes: a body that has any steps alone. So does one that balances.
 fn goes_together(due: &Due) -> bool {
-    due.body.simulator().external.is_empty()
+    due.body.simulator().external.is_empty() && !due.body.steps_alone()
 }
 
 /// Whether the steps of this tick are of single precision.

@@ -129,7 +129,7 @@ pub use at_link::AtLink;
 pub use athlete_time::AthleteTime;
 pub use body::{AthleteBody, BodyStatus};
 pub use components::{Athlete, AthleteWorld};
-pub use controller::{AthleteController, AthleteInput, AthleteTargets, PerformSkill};
+pub use controller::{AthleteController, AthleteInput, AthleteTargets, BalancePose, PerformSkill};
 pub use detail::{AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteViewer};
 pub use diagnostics::AthleteDiagnosticsPlugin;
 pub use errors::{AthleteRefusal, LoadError, Refused, SkillMisfit};

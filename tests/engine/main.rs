@@ -16,8 +16,10 @@ mod plain_skill;
 mod avian;
 #[cfg(feature = "avian")]
 mod avian_ground;
+mod balancing;
 mod bevy_plugin;
 mod bodies;
+mod course_runner;
 mod engine_detail;
 mod engine_rooms;
 mod engine_snapshots;

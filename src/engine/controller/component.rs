@@ -1,6 +1,9 @@
 //! What users say about what an athlete does.
 
+use crate::control::balance::{Balance, BalanceError, BalanceSettings, Stance};
+use crate::control::foot::BasicPose;
 use crate::engine::{ControlAsset, ProgramAsset, SkillAsset};
+use crate::model::SharedModel;
 use crate::skill::{DirectorInput, SkillParameters};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
@@ -25,6 +28,8 @@ pub enum AthleteController {
     },
     /// Perform a program: one skill after the other.
     Program(Handle<ProgramAsset>),
+    /// Stand, by control of momentum, without a policy: from where the body is, in this pose of its feet. Another pose is gone over to.
+    Balance(BalancePose),
     /// Run where [`AthleteInput`] says, and over what is in the way: boxes, steps, ways down and gaps, wherever they are. The step planner picks
     /// the running speeds ahead of an obstacle and the skill that clears it; [`ObstaclePlanned`](super::super::ObstaclePlanned) tells what it is up to.
     Course {
@@ -39,6 +44,39 @@ pub enum AthleteController {
         /// The skills that may be used; it begins with the first.
         skills: Vec<Handle<SkillAsset>>,
     },
+}
+
+/// Poses of the feet that a body stands in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+pub enum BalancePose {
+    /// On both soles.
+    #[default]
+    Rest,
+    /// On the toes.
+    Tiptoe,
+    /// On heels and medial toes.
+    InsideTilt,
+    /// On heels and the lateral parts.
+    OutsideTilt,
+    /// On the left foot.
+    LeftLeg,
+    /// On the right foot.
+    RightLeg,
+}
+
+impl BalancePose {
+    /// The stance of a character in this pose.
+    pub fn stance(self, model: &SharedModel) -> Result<Stance, BalanceError> {
+        let balance = Balance::new(model, BalanceSettings::default())?;
+        match self {
+            Self::Rest => balance.basic(BasicPose::Rest),
+            Self::Tiptoe => balance.basic(BasicPose::Tiptoe),
+            Self::InsideTilt => balance.basic(BasicPose::InsideTilt),
+            Self::OutsideTilt => balance.basic(BasicPose::OutsideTilt),
+            Self::LeftLeg => balance.one_leg(0),
+            Self::RightLeg => balance.one_leg(1),
+        }
+    }
 }
 
 impl AthleteController {

@@ -15,7 +15,7 @@ mod requests;
 mod running;
 mod start;
 
-pub use component::{AthleteController, AthleteInput, AthleteTargets};
+pub use component::{AthleteController, AthleteInput, AthleteTargets, BalancePose};
 pub use requests::PerformSkill;
 pub(super) use requests::{hand_over_inputs, hear_requests, note_request};
 pub(super) use running::{Controller, hash};

@@ -1,6 +1,8 @@
 //! What tells the joints of a body where to go, as the body keeps it.
 
 use crate::asset::{StateError, StateReader, StateWriter};
+use crate::contact::Terrain;
+use crate::control::balance::{Balance, Stance};
 use crate::control::{ControlPlayer, ReconstructedControl};
 use crate::engine::Placement;
 use crate::sim::Simulator;
@@ -16,6 +18,8 @@ pub(in crate::engine) enum Controller {
     Play { control: Arc<ReconstructedControl>, player: ControlPlayer, placed: Placement, finished: Option<f64> },
     /// Trained skills.
     Direct { director: Box<Director>, finished: Option<f64> },
+    /// Balance by control of momentum; it begins from where the body stands.
+    Balance { balance: Box<Balance>, stance: Stance, begun: bool },
 }
 
 impl Controller {
@@ -23,7 +27,20 @@ impl Controller {
     pub fn at_decision(&self) -> bool {
         match self {
             Self::Direct { director, .. } => director.player().at_decision(),
-            Self::Hold | Self::Play { .. } => false,
+            Self::Hold | Self::Play { .. } | Self::Balance { .. } => false,
+        }
+    }
+
+    /// Looks at body and ground before every step, where it does; the body has to be up to date.
+    pub fn before_step(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
+        if let Self::Balance { balance, stance, begun } = self {
+            if !std::mem::replace(begun, true) {
+                balance.begin(sim, terrain);
+                // It fitted the character when it was given.
+                let fits = balance.assume(stance.clone());
+                debug_assert!(fits.is_ok(), "{fits:?}");
+            }
+            balance.tick(sim, terrain);
         }
     }
 
@@ -36,7 +53,7 @@ impl Controller {
                 commands
             }
             Self::Direct { director, .. } => director.player_mut().move_targets(sim),
-            Self::Hold | Self::Play { .. } => false,
+            Self::Hold | Self::Play { .. } | Self::Balance { .. } => false,
         }
     }
 
@@ -44,7 +61,7 @@ impl Controller {
     pub fn set_rate(&mut self, rate: f64) -> bool {
         match self {
             Self::Hold => true,
-            Self::Play { .. } => false,
+            Self::Play { .. } | Self::Balance { .. } => false,
             Self::Direct { director, .. } => director.set_rate(rate),
         }
     }
@@ -81,6 +98,7 @@ impl Controller {
                 format!("a control of the clip {}", control.clip.name)
             }
             Self::Direct { director, .. } => director.identity(&mut out),
+            Self::Balance { .. } => "balance".to_owned(),
         };
         out.text(&name);
         (name, hash(&out.finish()))
@@ -98,6 +116,10 @@ impl Controller {
                 out.option(*finished, StateWriter::number);
                 director.write_state(out);
             }
+            Self::Balance { balance, begun, .. } => {
+                out.switch(*begun);
+                balance.write_state(out);
+            }
         }
     }
 
@@ -113,6 +135,10 @@ impl Controller {
             Self::Direct { director, finished } => {
                 *finished = end(from)?;
                 director.read_state(from)
+            }
+            Self::Balance { balance, begun, .. } => {
+                *begun = from.switch("whether the balance has begun")?;
+                balance.read_state(from)
             }
         }
     }

@@ -81,6 +81,11 @@ impl AthleteController {
                 let skills: BTreeMap<_, _> = skills.into_iter().map(|s| (s.name().to_owned(), s)).collect();
                 Director::program(&asset.program, &skills, rate)?
             }
+            Self::Balance(pose) => {
+                let stance = pose.stance(body.model())?;
+                body.balance(stance)?;
+                return Ok(true);
+            }
             Self::Course { run, skills } => {
                 let Some(run) = assets.skill(run, body)? else { return Ok(false) };
                 let Some(skills) = assets.skills(skills, body)? else { return Ok(false) };
@@ -100,7 +105,7 @@ impl AthleteController {
     /// Whether a change of these files concerns it.
     fn uses(&self, changed: &ChangedFiles) -> bool {
         match self {
-            Self::Hold | Self::External => false,
+            Self::Hold | Self::External | Self::Balance(_) => false,
             Self::Play(handle) => changed.controls.contains(&handle.id()),
             Self::Skill { skill } => changed.skills.contains(&skill.id()),
             Self::Program(handle) => changed.programs.contains(&handle.id()),
