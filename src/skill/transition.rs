@@ -22,7 +22,7 @@ pub struct Transition {
 ///
 /// The sum of: mean squared angle between the joints (0.5 rad counts one), squared distance of hands, head and feet
 /// relative to the root (0.3 m), squared difference of the up directions (0.3), of the directions of travel relative to the
-/// pelvis (0.5) and of the heights of the root (0.1 m). Where the feet are says which of them stands, and how the shank
+/// pelvis (0.5) and of the heights of the root above what carries it (0.1 m). Where the feet are says which of them stands, and how the shank
 /// leans says on which edge.
 pub fn tick_distance(a: &TrackedTick, b: &TrackedTick) -> f64 {
     let heading = |t: &TrackedTick| Heading::of(Quat::<f64>::splat(t.pose.root_rotation));
@@ -42,7 +42,8 @@ pub fn tick_distance(a: &TrackedTick, b: &TrackedTick) -> f64 {
     let up = |t: &TrackedTick| t.pose.root_rotation * DVec3::Y;
     let tilt = square(local(ha, up(a)) - local(hb, up(b)), 0.3);
     let travel = square(local(ha, a.travel) - local(hb, b.travel), 0.5);
-    let height = square(DVec3::Y * (a.pose.root_position.y - b.pose.root_position.y), 0.1);
+    let above = |t: &TrackedTick| t.pose.root_position.y - t.support;
+    let height = square(DVec3::Y * (above(a) - above(b)), 0.1);
     pose + ends + tilt + travel + height
 }
 

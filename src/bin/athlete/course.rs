@@ -156,8 +156,8 @@ impl CourseCommand {
         for (name, begun, lost) in &rows {
             say(&format!("{name:<26} {begun:>7} {lost:>24}"))?;
         }
-        let refused = runs.iter().flat_map(|r| r.plans.iter().filter_map(|(_, view, _)| view.plan.err()).last());
-        if let Some(reason) = refused.last() {
+        let refused = runs.iter().filter_map(|r| r.plans.iter().filter_map(|(_, view, _)| view.plan.err()).next_back());
+        if let Some(reason) = refused.clone().next_back() {
             say(&format!("an obstacle that was refused: {reason}"))?;
         }
         let (low, high) = wilson_interval(whole, runs.len() as u64);
