@@ -2,7 +2,7 @@
 //!
 //! One command that was mended says nothing of the next one that reads a file or writes a picture. So here every option that names an output
 //! is given a place that cannot be, and every one that names an input a file without an end; all are refused at once, by name. Besides:
-//! a motion of one pose, and a trace that would fill a disk.
+//! a motion of one pose, one that is too long, and a trace that would fill a disk.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -154,6 +154,18 @@ fn a_single_pose_is_nothing_to_follow() {
         assert!(complaint.contains("standing1.clip.ron: 1 pose, so nothing to follow"), "{command:?}: {complaint}");
     }
     assert!(!Path::new(&out).exists(), "nothing was begun");
+}
+
+/// A clip that is too long is refused as itself, not by an option that there is not.
+#[test]
+fn a_clip_that_is_too_long_to_search_is_named() {
+    let folder = Folder::new("long");
+    let long = folder.standing(10_100);
+    let output = athlete(&["reconstruct", "--clip", &long, "--character", "skater"]);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{complaint}");
+    assert!(complaint.contains("standing10100.clip.ron: ") && complaint.contains("at most 100000"), "{complaint}");
+    assert!(!complaint.contains("--tick-rate"), "{complaint}");
 }
 
 /// How large a trace gets is told before it is written; here onto a disk that is full.

@@ -83,6 +83,10 @@ pub struct Reconstruct {
 /// An option of the search by the name that it has on the command line, anything else with the file.
 pub fn failure(file: &Path, error: ReconstructError) -> Box<dyn Error> {
     match error {
+        // No option of the command line: it is the clip that is too long.
+        ReconstructError::Option { option: "tick_rate", found, valid } => {
+            format!("{}: target updates per second: {found}; valid is {valid}", file.display()).into()
+        }
         ReconstructError::Option { option, found, valid } => {
             ArgumentError::new(format!("--{}", option.replace('_', "-")), found, valid).into()
         }
