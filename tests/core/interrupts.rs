@@ -74,6 +74,15 @@ impl Running {
         Self { child, out, over: false }
     }
 
+    /// Starts a command that says nothing until its end, and leaves it alone for a while.
+    fn start_silent(arguments: &[&str], wait: Duration) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_athlete"));
+        let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        std::thread::sleep(wait);
+        Self { child, out, over: false }
+    }
+
     fn interrupt(&self) {
         let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap();
         assert!(sent.success());
@@ -207,6 +216,42 @@ fn an_evaluation_shows_the_trials_that_were_begun() {
         (code, &report["stopped"], &report["rows"][0]["trials"]),
         (Some(0), &Value::Bool(false), &Value::from(1))
     );
+}
+
+/// Episodes that were begun are shown. Before the command listens, the signal ends it: then it is given longer.
+#[test]
+fn episodes_that_were_begun_are_shown() {
+    let command = ["balance", "rest", "--seconds", "1", "--trials", "10000", "--json"];
+    let mut wait = Duration::from_millis(500);
+    let ended = loop {
+        let running = Running::start_silent(&command, wait);
+        running.interrupt();
+        let ended = running.end();
+        if ended.code.is_some() || wait > Duration::from_secs(30) {
+            break ended;
+        }
+        wait *= 3;
+    };
+    assert_eq!(ended.code, Some(130), "{}", ended.complaint);
+    let report: Value = serde_json::from_str(&ended.out).unwrap();
+    let count = report["trials"].as_u64().unwrap();
+    assert!((1..10_000).contains(&count) && report["stopped"] == true, "{report}");
+    assert!(ended.complaint.contains(&format!("stopped after {count} of ")), "{}", ended.complaint);
+}
+
+/// A search for an affine policy saves the best one whenever it finds one.
+#[test]
+fn an_affine_search_says_what_there_is() {
+    let folder = Folder::new("affine");
+    let skill =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/families/hopper/hop_up_affine/hop_up_affine.skill.ron");
+    let out = folder.path("run");
+    let searching = Running::start(&["train", &skill.display().to_string(), "--affine", "--out", &out], "searched");
+    searching.interrupt();
+    let ended = searching.end();
+    assert_eq!(ended.code, Some(130), "{}", ended.complaint);
+    let saved = Path::new(&out).join("policy.onnx").is_file();
+    assert!(if saved { ended.out.contains("is saved in") } else { ended.complaint.contains("no policy was found") });
 }
 
 /// A window of so many samples takes a while. The first Ctrl-C waits for its end, the second does not.
