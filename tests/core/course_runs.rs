@@ -39,7 +39,7 @@ fn steps_are_seen_and_jumped_onto() {
     let runs = [(6.0, 0.2), (7.3, 0.35), (8.1, 0.5), (9.7, 0.3), (11.2, 0.6), (8.8, 0.15)];
     for (k, (ahead, height)) in runs.into_iter().enumerate() {
         let solids = format!("Box(ahead: {ahead}, depth: 30, width: 8, height: {height}, material: \"ground\")");
-        let task = task(course(&solids), ahead + 6.0);
+        let task = task(course(&solids), ahead + 2.0);
         let run = run_course(&mut director, &model, &task, (5, k as u64), |_, _| {}).unwrap().unwrap();
         println!("{height} m at {ahead} m: {:?} after {:.1} m, {:?}", run.end, run.ahead, run.skills);
         let (_, seen, skill) = run.plans.iter().find(|(_, view, _)| view.plan.is_ok()).expect("a plan");

@@ -167,8 +167,13 @@ impl Course {
         let law = self.law.unwrap_or(StepLaw::PUBLISHED);
         let velocity = body.velocity();
         let speed = velocity.x.hypot(velocity.z).clamp(speeds.0, speeds.1);
-        let Plan { skill, speed_in, approach, .. } =
-            plan(obstacle, speed, &self.clears, &law, speeds, CHANGE, LEAST_CHANCE)?;
+        let planned = |change| plan(obstacle, speed, &self.clears, &law, speeds, change, LEAST_CHANCE);
+        // What is too near for gentle steps is met as well as can be.
+        let found = planned(CHANGE).or_else(|refusal| match refusal {
+            Refusal::TooNear { .. } => planned(f64::INFINITY),
+            refusal => Err(refusal),
+        })?;
+        let Plan { skill, speed_in, approach, .. } = found;
         Ok((self.skills[skill], approach.speeds.first().copied().unwrap_or(speed_in)))
     }
 
