@@ -64,7 +64,7 @@ impl Feet {
         within("--trials", trials, 1..=1000, "")?;
         let settings = balance_settings(&self.method, self.rate)?;
         let options = SearchOptions { trials, part: 0.9, seed: self.seed, threads: threads(self.threads)? };
-        let long = if self.quick { 20.0 } else { 60.0 };
+        let long = if self.quick { 12.0 } else { 60.0 };
 
         let chosen: Vec<_> =
             all.iter().filter(|e| self.row.is_empty() || self.row.iter().any(|r| r == e.name)).collect();
@@ -104,6 +104,10 @@ impl Feet {
 
 /// A row in words; a dash where there is no figure.
 fn line(row: &FeetRow) -> String {
+    if let Some(what) = row.missing {
+        let published = row.published_multi.map_or_else(String::new, |x| format!("; published {x} {}", row.unit));
+        return format!("{:<20} {:>8} missing: {what}{published}", row.experiment, row.unit);
+    }
     let figure = |x: Option<f64>| {
         x.map_or_else(|| "-".to_owned(), |x| if x < 1.0 { format!("{x:.3}") } else { format!("{x:.1}") })
     };

@@ -133,6 +133,17 @@ pub fn run_episode(
     number: u64,
     frames: f64,
 ) -> Result<EpisodeResult, EpisodeError> {
+    watch_episode(model, episode, number, frames, &mut |_, _| {})
+}
+
+/// The same, with every instant shown to `watch`.
+pub fn watch_episode(
+    model: &SharedModel,
+    episode: &Episode,
+    number: u64,
+    frames: f64,
+    watch: &mut dyn FnMut(&mut Simulator<f64>, &Balance),
+) -> Result<EpisodeResult, EpisodeError> {
     let mut random = RandomStream::new(number, STREAM);
     let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(model));
     disturb_joints(&mut sim, &mut random, episode.noise);
@@ -170,6 +181,7 @@ pub fn run_episode(
         balance.tick(&mut sim, &world);
         controlled += before.elapsed().as_secs_f64();
         step(&mut sim, &world);
+        watch(&mut sim, &balance);
         if k % every == 0 {
             result.frames.push(frame(&mut sim));
         }

@@ -13,6 +13,6 @@ mod rows;
 mod search;
 
 pub use bodies::FeetBody;
-pub use episode::{Disturbance, Episode, EpisodeError, EpisodeResult, StancePose, run_episode};
+pub use episode::{Disturbance, Episode, EpisodeError, EpisodeResult, StancePose, run_episode, watch_episode};
 pub use rows::{Experiment, FeetRow, experiments, measure_row};
 pub use search::{SearchOptions, largest_held};

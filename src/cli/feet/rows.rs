@@ -10,8 +10,14 @@ use serde::Serialize;
 
 /// Acceleration of free fall, m/s^2.
 const GRAVITY: f64 = 9.81;
+/// How long an episode with a push or a jerk lasts, s: 4 s from its beginning.
+const SHORT: f64 = 6.0;
 /// How long a push lasts, s.
 const PUSH: f64 = 0.4;
+
+/// What rows lack.
+const NO_STEP: &str = "the balance takes no step";
+const NO_WALK: &str = "no walk is compared yet";
 
 /// A row before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +44,8 @@ enum Kind {
     Sway(DVec3),
     /// Root mean square of the trunk's angular velocity on ground swaying by 10 degrees about this axis.
     Wobble(DVec3),
+    /// Not measured, and what it lacks.
+    Missing(&'static str),
 }
 
 /// A measured row.
@@ -61,6 +69,8 @@ pub struct FeetRow {
     pub bound: Option<f64>,
     /// Episodes a point.
     pub trials: usize,
+    /// What is missing, of a row that cannot be measured.
+    pub missing: Option<&'static str>,
 }
 
 /// All rows.
@@ -77,6 +87,11 @@ pub fn experiments() -> Vec<Experiment> {
         row("sway_sideways", "degrees", none, Kind::Sway(DVec3::Z)),
         row("trunk_rate_fore_aft", "rad/s", none, Kind::Wobble(DVec3::X)),
         row("trunk_rate_sideways", "rad/s", none, Kind::Wobble(DVec3::Z)),
+        row("steps_front", "N", none, Kind::Missing(NO_STEP)),
+        row("steps_back", "N", none, Kind::Missing(NO_STEP)),
+        row("steps_side", "N", none, Kind::Missing(NO_STEP)),
+        row("walk_rough", "m", (Some(0.03), None), Kind::Missing(NO_WALK)),
+        row("walk_push_right", "N", (Some(80.0), None), Kind::Missing(NO_WALK)),
     ]
 }
 
@@ -93,10 +108,10 @@ pub fn measure_row(
         let model = body.model();
         *figure = match row.kind {
             Kind::Push(toward) => largest_held(&model, options, (10.0, 170.0, 2.5), |force| {
-                standing(Disturbance::Push { force, toward }, 7.0)
+                standing(Disturbance::Push { force, toward }, SHORT)
             })?,
             Kind::Jerk(toward) => largest_held(&model, options, (0.01, 0.33, 0.01), |way| {
-                standing(Disturbance::Jerk { way, toward }, 7.0)
+                standing(Disturbance::Jerk { way, toward }, SHORT)
             })?,
             Kind::Ball => {
                 largest_held(&model, options, (4.0, 0.3, 0.1), |radius| standing(Disturbance::Ball { radius }, long))?
@@ -117,6 +132,7 @@ pub fn measure_row(
                 }
                 (held > 0.0).then(|| sum / held)
             }
+            Kind::Missing(_) => None,
         };
     }
     let [multi, two, two_more_points] = figures;
@@ -135,6 +151,10 @@ pub fn measure_row(
         published_two,
         bound,
         trials: options.trials,
+        missing: match row.kind {
+            Kind::Missing(what) => Some(what),
+            _ => None,
+        },
     })
 }
 

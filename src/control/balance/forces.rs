@@ -35,13 +35,17 @@ pub struct SupportPoint {
     pub place: DVec3,
     /// Unit normal of the ground there.
     pub normal: DVec3,
+    /// How readily it carries, above 0 to 1: little for a point that is about to leave the ground or to reach it.
+    pub share: f64,
 }
 
 /// What is missing counts so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceWeights {
-    /// Of a newton.
+    /// Of a newton along the ground.
     pub force: f64,
+    /// Of a newton upwards.
+    pub upward: f64,
     /// Of a newton metre about the middle of the support.
     pub moment: f64,
 }
@@ -78,7 +82,7 @@ impl ConeForces {
     pub fn points(&self) -> &[SupportPoint] {
         &self.points
     }
-    /// What moments are counted about: the middle of the points, relative to the root's origin, m.
+    /// What moments are counted about, relative to the root's origin, m.
     pub fn middle(&self) -> DVec3 {
         self.middle
     }
@@ -99,14 +103,13 @@ impl ConeForces {
         self.points.push(point);
     }
 
-    /// Makes the edges: friction `friction`; levers shortened by the part `margin`, so that the centre of pressure keeps away from the
-    /// edge of the support.
-    pub fn build(&mut self, friction: f64, margin: f64) {
+    /// Makes the edges: friction `friction`; moments are counted about `middle` (relative to the root's origin, world axes, m), levers
+    /// shortened by the part `margin`, so that the centre of pressure keeps away from the edge of the support.
+    pub fn build(&mut self, friction: f64, margin: f64, middle: DVec3) {
         self.edges.clear();
         self.columns.clear();
         self.factors.clear();
-        let count = self.points.len().max(1) as f64;
-        self.middle = self.points.iter().map(|p| p.place).sum::<DVec3>() / count;
+        self.middle = middle;
         for p in &self.points {
             let aside = if p.normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::X };
             let u = (aside - p.normal * aside.dot(p.normal)).normalize();
@@ -114,7 +117,7 @@ impl ConeForces {
             let arm = (p.place - self.middle) * (1.0 - margin);
             for across in [u, v, -u, -v] {
                 // A pyramid inside the cone: its edges lie on it.
-                let edge = p.normal + across * friction;
+                let edge = (p.normal + across * friction) * p.share;
                 let moment = arm.cross(edge) / LEVER;
                 self.edges.push(edge);
                 self.columns.push([edge.x, edge.y, edge.z, moment.x, moment.y, moment.z]);
@@ -131,8 +134,8 @@ impl ConeForces {
         }
         let m = moment / LEVER;
         let wish = [force.x, force.y, force.z, m.x, m.y, m.z];
-        let (f, t) = (weights.force.max(1e-12), (weights.moment * LEVER * LEVER).max(1e-12));
-        let compliance = [1.0 / f, 1.0 / f, 1.0 / f, 1.0 / t, 1.0 / t, 1.0 / t];
+        let (f, u, t) = (weights.force, weights.upward, weights.moment * LEVER * LEVER);
+        let compliance = [f, u, f, t, t, t].map(|weight| 1.0 / weight.max(1e-12));
         let small = 1e-9 * (1.0 + wish.iter().map(|x| x.abs()).fold(0.0, f64::max));
         let mut y = self.multipliers;
         if !y.iter().all(|x| x.is_finite()) {

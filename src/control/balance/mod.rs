@@ -14,7 +14,11 @@
 //! | `momentum` | the wished change of momentum; the wrench at the wished centre of pressure |
 //! | `forces` | forces in friction cones that come nearest to a wrench: a small quadratic programme |
 //! | `accelerations` | the one linear system |
-//! | `controller` | the above in order, held between decisions, to torques |
+//! | `controller` | what it remembers, how it begins, goes over to another stance and ticks |
+//! | `controller/decision` | the above in order |
+//! | `controller/system` | the rows of the linear system |
+//! | `controller/torques` | torques at every step |
+//! | `controller/state` | the memory as numbers, for snapshots |
 
 mod accelerations;
 mod controller;

@@ -41,6 +41,21 @@ pub(super) fn wished(whole: &Whole, settings: &BalanceSettings, target: DVec3, p
     Wish { force, moment: whole.inertia * (settings.upright * whole.lean) - settings.angular * whole.spin }
 }
 
+/// The same with no more level force than a centroidal moment pivot gives (Herr, Popovic 2008: where the force, drawn through the centre
+/// of mass, meets the ground) that lies outside the hull by at most `hip`, m: beyond the hull it takes angular momentum to give it.
+pub(super) fn within_reach(wish: Wish, whole: &Whole, hull: &Hull, ground: f64, hip: f64) -> Wish {
+    let height = whole.com.y - ground;
+    let level = DVec2::new(whole.com.x, -whole.com.z);
+    let asked = level - DVec2::new(wish.force.x, -wish.force.z) * (height / wish.force.y);
+    let Some(edge) = hull.nearest(asked, 0.0) else { return wish };
+    let beyond = asked - edge;
+    if beyond.length() <= hip || height <= 0.0 {
+        return wish;
+    }
+    let force = (level - edge - beyond * (hip / beyond.length())) * (wish.force.y / height);
+    Wish { force: DVec3::new(force.x, wish.force.y, -force.y), ..wish }
+}
+
 /// The same with the centre of pressure that it asks for kept inside the hull, on the ground at height `ground`, and the force inside
 /// the friction cone (level ground).
 pub(super) fn with_pressure_inside(

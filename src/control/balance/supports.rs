@@ -15,6 +15,8 @@ use glam::{DMat3, DQuat, DVec3};
 const REACH: f64 = 1.0;
 /// How far a segment may be from where it shall be before that place is drawn along, m.
 const LEASH: f64 = 0.01;
+/// A point belongs to the sole of its segment where it lies within this of the segment's lowest, m.
+const SOLE: f64 = 0.003;
 
 /// Where a segment shall stand: its joint, its axes, world frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,6 +40,10 @@ pub(super) struct Footing {
     /// The rise and the roll that it has come to.
     pub rise: f64,
     pub roll: f64,
+    /// Largest distance of a segment's sole from the ground, m, by segment.
+    pub gaps: [f64; MOST_SEGMENTS],
+    /// Segments on their way to the ground: those that shall touch and have not touched yet.
+    pub coming: SegmentSet,
     /// The pose it shall take.
     pub pose: Option<FootPose>,
 }
@@ -53,6 +59,8 @@ impl Footing {
             anchors: [Anchor::default(); MOST_SEGMENTS],
             rise: 0.0,
             roll: 0.0,
+            gaps: [0.0; MOST_SEGMENTS],
+            coming: SegmentSet::NONE,
             pose: None,
         }
     }
@@ -66,7 +74,9 @@ impl Footing {
         let ahead = ankle.rotation.lane(0) * self.anatomy.forward();
         self.toward = (ahead - n * ahead.dot(n)).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
         (self.rise, self.roll) = (0.0, 0.0);
+        self.coming = self.anatomy.standing();
         for k in 0..self.anatomy.segments().len() {
+            self.gaps[k] = self.gap(k, kinematics, root, terrain);
             self.stand(k, root + kinematics[self.anatomy.segments()[k].link].origin.lane(0), terrain);
         }
     }
@@ -91,14 +101,15 @@ impl Footing {
         (DQuat::from_mat3(&to(n, t)) * DQuat::from_mat3(&to(DVec3::Y, forward)).conjugate()).normalize()
     }
 
-    /// Looks at the ground again after `seconds`: anchors go along with it, and are drawn after segments that slid.
+    /// Looks at the ground again after `seconds`: anchors go along with it, and are drawn after segments that slid; a segment whose sole
+    /// is further than `contact` (m) from the ground has its anchor straight below.
     pub(super) fn look(
         &mut self,
         kinematics: &[LinkKinematics<f64>],
         root: DVec3,
         terrain: &impl Terrain<f64>,
-        touch: SegmentSet,
         seconds: f64,
+        contact: f64,
     ) {
         let at = root + kinematics[self.anatomy.ankle()].origin.lane(0);
         let Some(ground) = GroundPlane::under(terrain, at, REACH) else { return };
@@ -108,8 +119,12 @@ impl Footing {
         let n = ground.normal;
         self.toward = (self.toward - n * self.toward.dot(n)).try_normalize().unwrap_or(self.toward);
         for k in 0..self.anatomy.segments().len() {
+            self.gaps[k] = self.gap(k, kinematics, root, terrain);
+            if self.gaps[k] < contact {
+                self.coming = self.coming.without(k);
+            }
             let joint = root + kinematics[self.anatomy.segments()[k].link].origin.lane(0);
-            let mut place = if touch.contains(k) { self.anchors[k].place + self.drift * seconds } else { joint };
+            let mut place = if self.gaps[k] < contact { self.anchors[k].place + self.drift * seconds } else { joint };
             let slid = joint - place;
             let slid = slid - n * slid.dot(n);
             if slid.length() > LEASH {
@@ -117,6 +132,24 @@ impl Footing {
             }
             self.stand(k, place, terrain);
         }
+    }
+
+    /// Largest distance of the points of a segment's sole from the ground, m; the arch, which never comes down, does not count.
+    fn gap(&self, k: usize, kinematics: &[LinkKinematics<f64>], root: DVec3, terrain: &impl Terrain<f64>) -> f64 {
+        let segment = &self.anatomy.segments()[k];
+        let at = &kinematics[segment.link];
+        let sole = segment.points.iter().filter(|p| segment.drop + p.0.y - p.1 < SOLE);
+        let gap = |p: &(DVec3, f64, usize)| {
+            let center = root + at.origin.lane(0) + at.rotation.lane(0) * p.0;
+            terrain.query(Vec3::<f64>::splat(center)).distance - p.1
+        };
+        sole.map(gap).fold(0.0, f64::max)
+    }
+
+    /// The segments among `touch` whose soles are nearer to the ground than `soon`, m.
+    pub(super) fn near(&self, touch: SegmentSet, soon: f64) -> SegmentSet {
+        let near = touch.iter().filter(|&k| self.gaps[k] < soon);
+        near.fold(SegmentSet::NONE, SegmentSet::with)
     }
 
     /// The pose that foot pose control asks for: the ankle as high above a flat sole's as the stance has come to.
@@ -143,7 +176,7 @@ impl Footing {
         touch.iter().filter(move |&k| k < segments.len()).flat_map(move |k| {
             let anchor = self.anchors[k];
             let n = anchor.rotation * DVec3::Y;
-            let sole = segments[k].points.iter().filter(move |p| segments[k].drop + p.0.y - p.1 < 0.003);
+            let sole = segments[k].points.iter().filter(move |p| segments[k].drop + p.0.y - p.1 < SOLE);
             sole.map(move |p| anchor.place + anchor.rotation * p.0 - n * p.1)
         })
     }

@@ -23,6 +23,14 @@ impl SegmentSet {
     pub fn without(self, index: usize) -> Self {
         if index < MOST_SEGMENTS { Self(self.0 & !(1 << index)) } else { self }
     }
+    /// Segments that are in both.
+    pub fn both(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+    /// Segments that are in either.
+    pub fn either(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
     /// Whether the segment with this index is in it.
     pub fn contains(self, index: usize) -> bool {
         index < MOST_SEGMENTS && self.0 & 1 << index != 0

@@ -13,6 +13,7 @@ impl Balance {
         write_stance(&self.stance, out);
         out.option(self.next.as_ref(), |out, next| write_stance(next, out));
         out.number(self.shifting);
+        out.number(self.fresh);
         out.rotation(self.heading);
         out.number(self.height);
         out.vector(self.guide.0);
@@ -21,6 +22,7 @@ impl Balance {
         out.count(self.held_steps as usize);
         out.vector(self.decided_at);
         self.accelerations.iter().chain(&self.planned).for_each(|x| out.number(*x));
+        self.targets.iter().for_each(|q| out.rotation(*q));
         for footing in &self.footings {
             out.vector(footing.ground.point);
             out.vector(footing.ground.normal);
@@ -29,6 +31,7 @@ impl Balance {
             out.vector(footing.spin);
             out.number(footing.rise);
             out.number(footing.roll);
+            out.byte(footing.coming.bits());
             for anchor in &footing.anchors {
                 out.vector(anchor.place);
                 out.rotation(anchor.rotation);
@@ -40,7 +43,9 @@ impl Balance {
             out.count(point.index);
             out.vector(point.place);
             out.vector(point.normal);
+            out.number(point.share);
         }
+        out.vector(self.forces.middle());
         self.forces.multipliers().iter().for_each(|x| out.number(*x));
     }
 
@@ -50,6 +55,7 @@ impl Balance {
         self.stance = read_stance(feet, joints, from)?;
         self.next = from.option("next stance", |from| read_stance(feet, joints, from))?;
         self.shifting = from.number("shift of the weight")?;
+        self.fresh = from.number("time for the landing")?;
         self.heading = from.rotation("heading")?;
         self.height = from.number("height of the centre of mass")?;
         self.guide = (from.vector("wished place")?, from.vector("wished velocity")?);
@@ -60,6 +66,9 @@ impl Balance {
         for x in self.accelerations.iter_mut().chain(&mut self.planned) {
             *x = from.number("acceleration or velocity")?;
         }
+        for q in &mut self.targets {
+            *q = from.rotation("target of a joint")?;
+        }
         for footing in &mut self.footings {
             footing.ground.point = from.vector("ground")?;
             footing.ground.normal = from.vector("normal of the ground")?;
@@ -68,6 +77,7 @@ impl Balance {
             footing.spin = from.vector("angular velocity of the ground")?;
             footing.rise = from.number("rise")?;
             footing.roll = from.number("roll")?;
+            footing.coming = SegmentSet::from_bits(from.byte("segments that come down")?);
             for anchor in &mut footing.anchors {
                 anchor.place = from.vector("place of a segment")?;
                 anchor.rotation = from.rotation("rotation of a segment")?;
@@ -79,13 +89,15 @@ impl Balance {
             let link = from.below("link of a point", joints)?;
             let index = from.below("number of a point", points)?;
             let (place, normal) = (from.vector("place of a point")?, from.vector("normal of a point")?);
-            self.forces.push(SupportPoint { link, index, place, normal });
+            let share = from.number("share of a point")?;
+            self.forces.push(SupportPoint { link, index, place, normal, share });
         }
+        let middle = from.vector("middle of the support")?;
         let mut multipliers = [0.0; 6];
         for x in &mut multipliers {
             *x = from.number("multiplier")?;
         }
-        self.forces.build(self.settings.friction, self.settings.margin);
+        self.forces.build(self.settings.friction, self.settings.margin, middle);
         self.forces.restore(multipliers);
         Ok(())
     }
