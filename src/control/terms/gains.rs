@@ -83,8 +83,10 @@ mod tests {
             assert!((logarithm(x) - x.ln()).abs() < 1e-9, "{x}: {}", logarithm(x));
         }
         let model = preset("foot_human").unwrap();
-        let action = GainAction { links: vec!["foot_left".into(), "foot_right".into()], factor: 4.0 };
+        let action =
+            GainAction { links: vec!["medial_phalanges_left".into(), "medial_phalanges_right".into()], factor: 4.0 };
         let term = GainTerm::new(&action, &model, Some((100.0, 10.0)));
+        assert_eq!(term.links.len(), 2);
         for (alpha, kp) in [(-1.0, 25.0), (0.0, 100.0), (1.0, 400.0), (7.0, 400.0)] {
             let (p, d) = term.gains(1, alpha);
             assert!((p / kp - 1.0).abs() < 1e-9 && (d * d / p - 1.0).abs() < 1e-9, "{alpha}: {p}, {d}");
