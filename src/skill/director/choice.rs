@@ -2,7 +2,7 @@
 
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::sim::Simulator;
-use crate::skill::director::CourseView;
+use crate::skill::planner::{Obstacle, Refusal};
 use crate::skill::{BadParameter, NoEntry, SkillParameters};
 use glam::DVec3;
 
@@ -67,6 +67,15 @@ pub struct Choice {
     pub speed: Option<f64>,
     /// Turns the way, rad/s, positive to the left.
     pub turn: f64,
+}
+
+/// What is thought of the obstacle ahead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CourseView {
+    /// The obstacle.
+    pub obstacle: Obstacle,
+    /// The skill that will clear it, by its index in the graph, or why none does.
+    pub plan: Result<usize, Refusal>,
 }
 
 /// What a director did.

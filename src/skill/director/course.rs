@@ -6,7 +6,7 @@
 //! far away as the skill can have it, the skill begins, with the parameters `height`, `distance` and `depth` of what is really there. At its end the run goes on.
 
 use crate::asset::{StateError, StateReader, StateWriter};
-use crate::skill::director::{BodyView, Choice, DirectorInput, Single};
+use crate::skill::director::{BodyView, Choice, CourseView, DirectorInput, Single};
 use crate::skill::planner::{Clearance, Obstacle, Plan, Refusal, StepLaw, plan};
 use crate::skill::{Entry, SkillGraph, SkillParameters, TrainedSkill};
 
@@ -25,15 +25,6 @@ const CLOSE: f64 = 0.05;
 /// How far a motion has gone ahead at a tick, m.
 fn way_to(skill: &TrainedSkill, tick: usize) -> f64 {
     -skill.motion.tick(tick).pose.root_position.z
-}
-
-/// What is thought of the obstacle ahead.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CourseView {
-    /// The obstacle.
-    pub obstacle: Obstacle,
-    /// The skill that will clear it, by its index in the graph, or why none does.
-    pub plan: Result<usize, Refusal>,
 }
 
 /// Runs, and clears what is ahead.

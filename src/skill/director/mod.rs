@@ -17,8 +17,8 @@ mod program;
 mod single;
 mod steering;
 
-pub use choice::{BodyView, Choice, DirectorEvent, DirectorInput};
-pub use course::{Course, CourseView};
+pub use choice::{BodyView, Choice, CourseView, DirectorEvent, DirectorInput};
+pub use course::Course;
 pub use kind::DirectorKind;
 pub use player::Director;
 pub use program::Program;
