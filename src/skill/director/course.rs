@@ -17,7 +17,7 @@ const CHANGE: f64 = 0.5;
 /// Skills that succeed in fewer trials than this are not used, 0 to 1.
 const LEAST_CHANCE: f64 = 0.5;
 /// An obstacle that nothing clears is stopped at with this deceleration (m/s^2), this far before it (m).
-const STOP: (f64, f64) = (1.0, 1.0);
+const STOP: (f64, f64) = (0.7, 2.0);
 
 /// How far an obstacle may be from where a skill without a parameter `distance` has it, m.
 const CLOSE: f64 = 0.05;
@@ -143,7 +143,7 @@ impl Course {
                 choice.enter = self.enter(body, graph, skill, &obstacle);
             }
         }
-        // A metre before what cannot be cleared it stands still.
+        // Before what cannot be cleared it stands still.
         let stops = || (2.0 * STOP.0 * (obstacle.distance - STOP.1).max(0.0)).sqrt();
         choice.speed = Some(self.speed.unwrap_or_else(|| wished.min(stops())));
         if self.speed.is_some() {
