@@ -30,7 +30,7 @@ finish() {
     [[ -z $beside ]] || kill -- "-$beside" 2>/dev/null || true
     printf '\n%9s  stage\n' seconds
     for k in "${!names[@]}"; do printf '%9s  %s\n' "${times[$k]}" "${names[$k]}"; done
-    [[ ! -s $log/seconds ]] || printf '%9s  %s\n' "$(<"$log/seconds")" "beside these: the release builds"
+    [[ ! -s $log/seconds ]] || printf '%9s  %s\n' "$(<"$log/seconds")" "beside these: the release builds and the page"
     printf '%9s  in all\n' "$SECONDS"
     rm -rf "$log"
     exit "$code"
@@ -47,14 +47,17 @@ if grep -E '^(bevy|bevy_[a-z]+|tract[a-z-]*|clap|wgpu) v' <<<"$(grep -v '^bevy_a
     exit 1
 fi
 
-# Release builds have a folder and a lock of their own: they fill the time in which the others wait for one crate or one test.
+# Builds that have folders and locks of their own fill the time in which the others wait for one crate or one test.
+page=
+if command -v node >/dev/null && command -v rustup >/dev/null; then page=1; fi
 set -m
 (
     start=$SECONDS
     cargo test --locked --release --no-default-features --features train --test determinism
     bash scripts/wasm_bits.sh
+    [[ -z $page ]] || CARGO_TARGET_DIR=$folder/page bash web/build.sh --quick
     echo $((SECONDS - start)) >"$log/seconds"
-) >"$log/bits" 2>&1 &
+) >"$log/beside" 2>&1 &
 beside=$!
 set +m
 
@@ -83,18 +86,13 @@ picture=$log/storyboard.png
 env -u DISPLAY -u WAYLAND_DISPLAY cargo run "${all[@]}" -- --storyboard "$picture"
 test -s "$picture"
 
-stage "the demo in a browser"
-if command -v node >/dev/null && command -v rustup >/dev/null; then
-    bash web/build.sh --quick
-    bash web/test.sh
-else
-    echo "skipped: the page needs Node and rustup" >&2
-fi
-
-# All the while beside the others; here is what it found.
-stage "the same bits in release, in a portable build and in WASM"
+# All the while beside the others; here is what they found.
+stage "the same bits in release, in a portable build and in WASM; the page"
 code=0
 wait "$beside" || code=$?
 beside=
-cat "$log/bits"
-exit "$code"
+cat "$log/beside"
+[[ $code == 0 ]] || exit "$code"
+
+stage "the demo in a browser"
+if [[ -n $page ]]; then bash web/test.sh; else echo "skipped: the page needs Node and rustup" >&2; fi

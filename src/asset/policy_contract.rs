@@ -3,8 +3,10 @@
 //! The contract is JSON, kept in the metadata of the ONNX file under [`CONTRACT_KEY`]; `docs/book/policies.md` goes through
 //! it field by field. Any trainer can write one.
 
+use crate::asset::card::fingerprint;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Key of the contract among the metadata properties of an ONNX file.
 pub const CONTRACT_KEY: &str = "bevy_athlete";
@@ -117,6 +119,16 @@ pub struct ReferenceFile {
     pub fingerprint: Option<String>,
     /// Whether it begins again at its end.
     pub cyclic: bool,
+}
+
+impl ReferenceFile {
+    /// The fingerprint of a motion that is another one than this; `None` where it is the same, or where nobody can tell: without a fingerprint
+    /// here, or for a file of another name. Carriage returns, which a checkout may have put in, do not count.
+    pub fn other_than(&self, motion: &Path, bytes: &[u8]) -> Option<String> {
+        let wanted = self.fingerprint.as_ref().filter(|_| motion.file_name() == Some(self.file.as_ref()))?;
+        let plain: Vec<u8> = bytes.iter().copied().filter(|b| *b != b'\r').collect();
+        Some(fingerprint(&plain)).filter(|found| found != wanted)
+    }
 }
 
 /// One raw observation and what the trainer's own network makes of it: the action's mean, before its scale.

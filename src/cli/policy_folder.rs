@@ -1,7 +1,6 @@
 //! The skill that a policy is of, from what lies in its folder.
 
 use super::{InputError, load_character};
-use crate::asset::card::fingerprint;
 use crate::asset::policy_contract::ContractError;
 use crate::asset::read_file::read_bytes;
 use crate::control::{Policy, PolicyError};
@@ -60,7 +59,11 @@ pub fn skill_of_policy(
     character: Option<&str>,
 ) -> Result<SkillDefinition, PolicyFolderError> {
     let mut skill = match skill_beside(file) {
-        Some(described) => SkillDefinition::load(&described)?,
+        Some(described) => {
+            let skill = SkillDefinition::load(&described)?;
+            check_motion(policy, file, &skill.motion)?;
+            skill
+        }
         None => {
             check_motion(policy, file, &file.with_file_name(&policy.contract().reference.file))?;
             described_by(policy, file, character)?
@@ -91,15 +94,13 @@ fn described_by(policy: &Policy, file: &Path, character: Option<&str>) -> Result
 /// can tell.
 pub fn check_motion(policy: &Policy, file: &Path, motion: &Path) -> Result<(), PolicyFolderError> {
     let reference = &policy.contract().reference;
-    let Some(wanted) = &reference.fingerprint else { return Ok(()) };
-    if motion.file_name() != Some(reference.file.as_ref()) {
-        return Ok(());
-    }
+    let Some(wanted) = reference.fingerprint.clone() else { return Ok(()) };
     let bytes = read_bytes(motion, MAX_MOTION_BYTES).map_err(|error| InputError::file(motion, error.fault))?;
-    let found = fingerprint(&bytes);
-    if found == *wanted {
-        return Ok(());
+    match reference.other_than(motion, &bytes) {
+        None => Ok(()),
+        Some(found) => {
+            let (motion, policy) = (motion.to_path_buf(), file.to_path_buf());
+            Err(PolicyFolderError::OtherMotion { motion, found, wanted, policy })
+        }
     }
-    let (motion, policy) = (motion.to_path_buf(), file.to_path_buf());
-    Err(PolicyFolderError::OtherMotion { motion, found, wanted: wanted.clone(), policy })
 }

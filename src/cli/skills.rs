@@ -2,7 +2,7 @@
 
 use crate::asset::clip::MotionClip;
 use crate::asset::{Course, CourseError};
-use crate::cli::{InputError, load_character, load_motion_with};
+use crate::cli::{InputError, POLICY_FILE, PolicyFolderError, check_motion, load_character, load_motion_with};
 use crate::control::{Policy, PolicyError};
 use crate::model::{CharacterModel, ImportedMotion, SharedModel};
 use crate::skill::{SkillDefinition, SkillError, TrainedSkill, TrainedSkillError};
@@ -48,6 +48,9 @@ pub enum SkillInputError {
     /// The policy does not fit.
     #[error(transparent)]
     Trained(#[from] TrainedSkillError),
+    /// The policy was learnt from another motion.
+    #[error(transparent)]
+    Folder(Box<PolicyFolderError>),
 }
 
 /// The folders in a folder, by name.
@@ -125,7 +128,9 @@ pub fn load_trained_skill_with(
     let file = find_skill(name)?;
     let skill = SkillDefinition::load(&file)?;
     let clip = read_motion(&skill.motion, None, model, tell)?;
-    let policy = Policy::load(file.with_file_name("policy.onnx"))?;
+    let policy_file = file.with_file_name(POLICY_FILE);
+    let policy = Policy::load(&policy_file)?;
+    check_motion(&policy, &policy_file, &skill.motion).map_err(|error| SkillInputError::Folder(Box::new(error)))?;
     let course = skill.course.as_ref().map(Course::read).transpose().map_err(SkillInputError::Course)?;
     let trained = TrainedSkill::new(skill, &clip, policy, model)?;
     match course {

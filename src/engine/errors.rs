@@ -62,6 +62,16 @@ pub enum LoadError {
     /// The policy of a skill cannot be used; the message names the file.
     #[error(transparent)]
     Policy(Box<PolicyError>),
+    /// The motion of a skill is another one than its policy was learnt from.
+    #[error("{file}: fingerprint {found}; valid: {wanted}, the motion that the policy beside it was learnt from")]
+    OtherMotion {
+        /// The motion's path.
+        file: String,
+        /// Its fingerprint.
+        found: String,
+        /// That of the policy's contract.
+        wanted: String,
+    },
     /// The course of a skill cannot be used; the message names the file.
     #[error(transparent)]
     Course(Box<CourseError>),

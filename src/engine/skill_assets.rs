@@ -162,19 +162,23 @@ impl AssetLoader for SkillLoader {
         let file = context.path().to_string();
         let definition = SkillDefinition::from_ron(&text_of(reader, &file).await?, &file)?;
         let path = beside(context, &definition.motion);
-        let motion = path.to_string();
-        let text = String::from_utf8_lossy(&bytes_of(context, path).await?).into_owned();
-        let motion = if motion.ends_with(".keyposes.ron") {
-            SkillMotion::KeyPoses(KeyPoses::from_ron(&text, &motion)?)
+        let file = path.to_string();
+        let bytes = bytes_of(context, path).await?;
+        let text = String::from_utf8_lossy(&bytes);
+        let motion = if file.ends_with(".keyposes.ron") {
+            SkillMotion::KeyPoses(KeyPoses::from_ron(&text, &file)?)
         } else {
-            SkillMotion::Clip(
-                MotionClip::from_ron(&text)
-                    .map_err(|source| LoadError::Clip { file: motion, source: Box::new(source) })?,
-            )
+            let clip = MotionClip::from_ron(&text);
+            SkillMotion::Clip(clip.map_err(|source| LoadError::Clip { file: file.clone(), source: Box::new(source) })?)
         };
         let path = beside(context, Path::new("policy.onnx"));
         let name = path.to_string();
         let policy = Policy::from_bytes(&bytes_of(context, path).await?, &name)?;
+        let reference = &policy.contract().reference;
+        if let Some(found) = reference.other_than(&definition.motion, &bytes) {
+            let wanted = reference.fingerprint.clone().unwrap_or_default();
+            return Err(LoadError::OtherMotion { file, found, wanted });
+        }
         let course = match &definition.course {
             Some(file) => {
                 let path = beside(context, file);

@@ -1,7 +1,7 @@
 //! When a trial counts: conditions on what the skater did, each measured on samples of the simulation alone.
 
 use crate::model::Side;
-use crate::skill::performance::{PerformanceSample, side_index};
+use crate::skill::performance::{FootSample, PerformanceSample, side_index};
 use serde::{Deserialize, Serialize};
 
 /// Time that a trial has to settle from its disturbed start before its blades are looked at, s.
@@ -100,6 +100,21 @@ pub enum Criterion {
         /// Degrees.
         within: f64,
     },
+    /// A flight in which the centre of mass rises by at least `rise` (m) above where it left the ground, and both feet are at some moment
+    /// at least `clear` (m) above the ground.
+    Leaps {
+        /// m.
+        rise: f64,
+        /// m.
+        clear: f64,
+    },
+    /// Over the last `seconds` both feet are on the ground and the centre of mass is never faster than `below` (m/s).
+    ComesToRest {
+        /// Time, s.
+        seconds: f64,
+        /// Speed, m/s.
+        below: f64,
+    },
     /// A jump.
     Jumps {
         /// The foot that leaves the ice last.
@@ -181,6 +196,18 @@ pub fn flights(samples: &[PerformanceSample]) -> Vec<Flight> {
     found
 }
 
+/// How far the centre of mass rises in a flight, and the height of the lower foot where it is highest, m.
+fn leap(samples: &[PerformanceSample], flight: &Flight) -> (f64, f64) {
+    let in_air = &samples[flight.from.saturating_sub(1)..flight.to.min(samples.len())];
+    let (mut up, mut rise, mut clear) = (0.0, 0.0_f64, 0.0_f64);
+    for pair in in_air.windows(2) {
+        up += 0.5 * (pair[0].com_velocity.y + pair[1].com_velocity.y) * (pair[1].time - pair[0].time);
+        rise = rise.max(up);
+        clear = clear.max(pair[1].feet.iter().map(FootSample::gap).fold(f64::INFINITY, f64::min));
+    }
+    (rise, clear)
+}
+
 /// Times on one foot of at least 0.1 s, one foot after the other: the same foot again counts on.
 pub fn strokes(samples: &[PerformanceSample]) -> Vec<Side> {
     let mut found: Vec<Side> = Vec::new();
@@ -254,6 +281,8 @@ impl Criterion {
             Criterion::Follows { .. } => "Follows",
             Criterion::Crosses { .. } => "Crosses",
             Criterion::KeepsHeading { .. } => "KeepsHeading",
+            Criterion::Leaps { .. } => "Leaps",
+            Criterion::ComesToRest { .. } => "ComesToRest",
             Criterion::Jumps { .. } => "Jumps",
         }
     }
@@ -380,6 +409,25 @@ impl Criterion {
                 let turned = angle_between(samples[0].facing(), samples[samples.len() - 1].facing()).to_degrees();
                 if turned.abs() > within {
                     return fail(format!("turned by {turned:.0} degrees"));
+                }
+            }
+            Criterion::Leaps { rise, clear } => {
+                let best = flights(samples)
+                    .iter()
+                    .map(|f| leap(samples, f))
+                    .fold((0.0_f64, 0.0_f64), |best, found| if found.0 > best.0 { found } else { best });
+                if best.0 < rise || best.1 < clear {
+                    return fail(format!("{:.2} m up, feet {:.2} m clear", best.0, best.1));
+                }
+            }
+            Criterion::ComesToRest { seconds, below } => {
+                let last = part(samples, end - seconds, end);
+                let fastest = last.iter().map(|s| s.com_velocity.length()).fold(0.0, f64::max);
+                if end < seconds || fastest > below {
+                    return fail(format!("{fastest:.2} m/s"));
+                }
+                if let Some(s) = last.iter().find(|s| !(s.feet[0].pressed && s.feet[1].pressed)) {
+                    return fail(format!("a foot is off the ground at {:.2} s", s.time));
                 }
             }
             Criterion::Jumps { from, way, inside, air_time, turns, to } => {

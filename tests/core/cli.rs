@@ -5,6 +5,7 @@
 //! gives the same bits, in another process too. A test of the library alone would miss all of that.
 
 use crate::bvh_writer::{conventions, write_bvh};
+use crate::command_line::{Folder, athlete, done};
 use bevy_athlete::asset::card::RobustnessCard;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::dense_layers::Activation;
@@ -15,47 +16,7 @@ use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, pres
 use bevy_athlete::train::save_policy;
 use glam::DQuat;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// A folder of its own for a test, gone when the test ends.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("athlete-cli-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    fn write(&self, name: &str, text: &str) -> String {
-        std::fs::write(self.0.join(name), text).unwrap();
-        self.path(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn athlete(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
-}
-
-/// Stdout of a run that has to succeed.
-fn done(arguments: &[&str]) -> String {
-    let output = athlete(arguments);
-    let text = String::from_utf8(output.stdout).unwrap();
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {:?}\n{text}\n{complaint}", output.status);
-    text
-}
+use std::path::Path;
 
 fn done_json(arguments: &[&str]) -> Value {
     let text = done(arguments);

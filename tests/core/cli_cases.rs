@@ -4,44 +4,11 @@
 //! is given a place that cannot be, and every one that names an input a file without an end; all are refused at once, by name. Besides:
 //! a motion of one pose, one that is too long, and a trace that would fill a disk.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn athlete(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
-}
+use crate::command_line::{Folder, athlete};
+use std::path::Path;
 
 fn asset(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name).display().to_string()
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("athlete-cases-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    fn standing(&self, poses: usize) -> String {
-        let pose =
-            "(root_position: (0.0, 0.9, 0.0), root_rotation: (0.0, 0.0, 0.0, 1.0), joints: [(0.0, 0.0, 0.0, 1.0)]),\n";
-        let (name, poses) = (format!("standing{poses}.clip.ron"), pose.repeat(poses));
-        let text = format!("(name: \"standing\", frame_rate: 10.0, joints: [\"abdomen\"], poses: [\n{poses}])");
-        std::fs::write(self.0.join(&name), text).unwrap();
-        self.path(&name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }
 
 #[test]
@@ -51,7 +18,7 @@ fn every_output_is_tried_before_the_work() {
     let (nowhere, joints) = (folder.path("file/x"), folder.path("joints.json"));
     // Never read: the place is tried first.
     std::fs::write(&joints, "[]").unwrap();
-    let clip = folder.standing(3);
+    let clip = folder.standing("standing3.clip.ron", 10.0, 3);
     let poses = asset("skills/skating/stroking/stroking.keyposes.ron");
     let body = ["--character", "skater"];
     let simulate = [&["simulate", "--motion", &clip], &body[..]].concat();
@@ -91,7 +58,7 @@ fn every_output_is_tried_before_the_work() {
 #[test]
 fn every_input_is_a_regular_file() {
     let folder = Folder::new("inputs");
-    let clip = folder.standing(3);
+    let clip = folder.standing("standing3.clip.ron", 10.0, 3);
     let run = folder.path("run");
     std::fs::create_dir_all(&run).unwrap();
     let endless = |name: &str| {
@@ -145,7 +112,7 @@ fn every_input_is_a_regular_file() {
 #[test]
 fn a_single_pose_is_nothing_to_follow() {
     let folder = Folder::new("one");
-    let (one, out) = (folder.standing(1), folder.path("run"));
+    let (one, out) = (folder.standing("standing1.clip.ron", 10.0, 1), folder.path("run"));
     let body = ["--character", "skater"];
     for command in [&["reconstruct", "--clip", &one][..], &["train", "--clip", &one, "--out", &out]] {
         let output = athlete(&[command, &body].concat());
@@ -160,7 +127,7 @@ fn a_single_pose_is_nothing_to_follow() {
 #[test]
 fn a_clip_that_is_too_long_to_search_is_named() {
     let folder = Folder::new("long");
-    let long = folder.standing(10_100);
+    let long = folder.standing("standing10100.clip.ron", 10.0, 10_100);
     let output = athlete(&["reconstruct", "--clip", &long, "--character", "skater"]);
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{complaint}");
@@ -173,7 +140,7 @@ fn a_clip_that_is_too_long_to_search_is_named() {
 #[test]
 fn a_trace_that_fills_a_disk_is_told_before() {
     let folder = Folder::new("trace");
-    let clip = folder.standing(3);
+    let clip = folder.standing("standing3.clip.ron", 10.0, 3);
     let simulate = ["simulate", "--character", "skater", "--motion", &clip, "--seconds", "600"];
     let output = athlete(&[&simulate[..], &["--trace", "/dev/full"]].concat());
     let complaint = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -4,71 +4,18 @@
 //! code 2; what fails later ends with 1. No earlier result is replaced unasked, what lies in a folder belongs together, and a command
 //! that only looks writes nothing. Each kind was found by somebody who lost an hour of work, or believed a wrong number.
 
+use crate::command_line::{Folder, done, refused};
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::contact::World;
 use bevy_athlete::model::skater;
 use bevy_athlete::train::{ReconstructError, ReconstructOptions, reconstruct};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn athlete(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
-}
-
-fn done(arguments: &[&str]) -> String {
-    let output = athlete(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// A run that has to end with this code and say all of these words on stderr, and no words of the program's inside.
-fn refused(code: i32, arguments: &[&str], words: &[&str]) {
-    let output = athlete(arguments);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {complaint}");
-    for word in words {
-        assert!(complaint.contains(word), "{arguments:?}: `{word}` is missing in: {complaint}");
-    }
-    for inside in ["Some(", "None", "panicked"] {
-        assert!(!complaint.contains(inside), "{arguments:?}: `{inside}` in: {complaint}");
-    }
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("athlete-refusals-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    /// The skater's zero pose, so many times at 10 a second.
-    fn standing(&self, name: &str, poses: usize) -> String {
-        let pose =
-            "(root_position: (0.0, 0.9, 0.0), root_rotation: (0.0, 0.0, 0.0, 1.0), joints: [(0.0, 0.0, 0.0, 1.0)]),";
-        let poses = vec![pose; poses].join("\n");
-        let text = format!("(name: \"standing\", frame_rate: 10.0, joints: [\"abdomen\"], poses: [\n{poses}\n])");
-        std::fs::write(self.0.join(name), text).unwrap();
-        self.path(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use std::path::Path;
 
 #[test]
 fn wrong_arguments_are_named_and_end_with_2() {
     let folder = Folder::new("arguments");
-    let clip = folder.standing("standing.clip.ron", 3);
+    let clip = folder.standing("standing.clip.ron", 10.0, 3);
     let bvh = folder.path("wave.bvh");
     std::fs::write(&bvh, "HIERARCHY").unwrap();
     let out = folder.path("out");
@@ -123,7 +70,7 @@ fn wrong_arguments_are_named_and_end_with_2() {
 #[test]
 fn what_fails_ends_with_1() {
     let folder = Folder::new("failures");
-    let one = folder.standing("one.clip.ron", 1);
+    let one = folder.standing("one.clip.ron", 10.0, 1);
     refused(1, &["simulate", "--character", "skater", "--motion", &folder.path("none.bvh")], &["none.bvh"]);
     refused(1, &["evaluate", &folder.path("none.onnx")], &["none.onnx"]);
     refused(1, &["reconstruct", "--character", "skater", "--clip", &one], &["one.clip.ron", "nothing to follow"]);
@@ -168,7 +115,7 @@ fn a_folder_of_a_training_belongs_together() {
 #[test]
 fn a_control_is_not_replaced_unasked() {
     let folder = Folder::new("reconstruct");
-    let clip = folder.standing("standing.clip.ron", 2);
+    let clip = folder.standing("standing.clip.ron", 10.0, 2);
     let control = folder.path("out.control.ron");
     std::fs::write(&control, "hours of work").unwrap();
     let run =
@@ -183,7 +130,7 @@ fn a_control_is_not_replaced_unasked() {
 #[test]
 fn the_size_of_a_large_trace_is_told() {
     let folder = Folder::new("trace");
-    let (clip, trace) = (folder.standing("standing.clip.ron", 2), folder.path("out.jsonl"));
+    let (clip, trace) = (folder.standing("standing.clip.ron", 10.0, 2), folder.path("out.jsonl"));
     let simulate = ["simulate", "--character", "skater", "--motion", &clip, "--trace", &trace];
     done(&simulate);
     let (bytes, lines) = (std::fs::metadata(&trace).unwrap().len() as f64, 120.0);
@@ -196,7 +143,7 @@ fn the_size_of_a_large_trace_is_told() {
 fn a_search_that_is_stopped_keeps_what_it_found() {
     let folder = Folder::new("stopped");
     let model = skater();
-    let clip = MotionClip::load(folder.standing("standing.clip.ron", 11)).unwrap();
+    let clip = MotionClip::load(folder.standing("standing.clip.ron", 10.0, 11)).unwrap();
     let (clip, _) = clip.lifted_clear(&model).unwrap();
     let options = ReconstructOptions { samples: 8, keep: 2, deviation: 0.02, threads: 1, ..Default::default() };
     let search = |last: usize| reconstruct(&model, &World::ice(), "ice", &clip, &options, |news| news.window < last);

@@ -5,6 +5,7 @@
 //! it does not matter: a game's loader, `athlete evaluate` and `athlete info`. A body that the command line names is held against the
 //! same contract.
 
+use crate::command_line::athlete;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::policy_contract::CONTRACT_KEY;
 use bevy_athlete::control::{Policy, PolicyError};
@@ -13,7 +14,6 @@ use bevy_athlete::skill::{SkillDefinition, TrainedSkill, TrainedSkillError};
 use prost::Message;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use tract_onnx::pb::ModelProto;
 
 /// A change of a contract, and the field that has to be named; none where it does not matter.
@@ -63,10 +63,6 @@ fn swap(list: &mut Value, a: usize, b: usize) {
     if let Some(list) = list.as_array_mut() {
         list.swap(a, b);
     }
-}
-
-fn athlete(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
 }
 
 fn folder(name: &str) -> PathBuf {

@@ -207,3 +207,37 @@ fn a_salchow_is_a_salchow() {
     assert!(!meets(salchow(0.35, 1.75), &forwards), "and the other way");
     assert!(!meets(salchow(0.35, 1.75), &glide(2.5)), "gliding is none");
 }
+
+/// Standing, from 1 s on in the air for `seconds`, then standing again.
+fn leap(seconds: f64) -> Vec<PerformanceSample> {
+    let mut samples = glide(3.0);
+    for sample in &mut samples {
+        let t = sample.time - 1.0;
+        sample.com_velocity = DVec3::ZERO;
+        if (0.0..seconds).contains(&t) {
+            sample.com_velocity.y = 9.81 * (0.5 * seconds - t);
+            lift(sample, 0, 0.2);
+            lift(sample, 1, 0.5 * 9.81 * t * (seconds - t));
+        }
+    }
+    samples
+}
+
+#[test]
+fn a_leap_is_as_high_as_its_time_in_the_air() {
+    // Half of the time up, half down: h = g T^2 / 8.
+    let (seconds, up) = (0.4, 9.81 * 0.4 * 0.4 / 8.0);
+    let samples = leap(seconds);
+    let leaps = |rise: f64, clear: f64| Criterion::Leaps { rise, clear };
+    assert!(meets(leaps(up - 0.01, up - 0.01), &samples), "{:?}", leaps(up - 0.01, up - 0.01).check(&samples));
+    assert!(!meets(leaps(up + 0.01, 0.0), &samples) && !meets(leaps(0.0, up + 0.01), &samples));
+    assert!(!meets(leaps(0.01, 0.0), &glide(3.0)), "who glides leaps nowhere");
+
+    let rests = |seconds: f64| Criterion::ComesToRest { seconds, below: 0.1 };
+    assert!(meets(rests(1.0), &samples));
+    assert!(!meets(rests(1.8), &samples), "it was in the air then");
+    assert!(!meets(rests(1.0), &glide(3.0)), "who glides does not rest");
+    let mut on_one = samples;
+    on_one.iter_mut().for_each(|s| lift(s, 1, 0.1));
+    assert!(!meets(rests(1.0), &on_one));
+}

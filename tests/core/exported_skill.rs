@@ -4,51 +4,14 @@
 //! field that got lost on the way (a world, a gain, the course, the body) would show there. What does not belong together is refused
 //! before anything is written, and nothing is replaced unasked.
 
+use crate::command_line::{Folder, athlete, done, refused};
 use bevy_athlete::asset::card::RobustnessCard;
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::{Character, Course};
-use bevy_athlete::cli::load_character;
+use bevy_athlete::cli::{load_character, load_trained_skill};
 use bevy_athlete::control::Policy;
 use bevy_athlete::skill::{SkillDefinition, TrainedSkill};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn athlete(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_athlete")).args(arguments).output().unwrap()
-}
-
-fn done(arguments: &[&str]) -> String {
-    let output = athlete(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn refused(code: i32, arguments: &[&str], words: &[&str]) {
-    let output = athlete(arguments);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {complaint}");
-    assert!(words.iter().all(|word| complaint.contains(word)), "{arguments:?}: {words:?} in {complaint}");
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("athlete-export-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn names(folder: &str) -> Vec<String> {
     let mut names: Vec<String> =
@@ -99,6 +62,20 @@ fn a_training_becomes_a_skill_that_does_the_same() {
     let output = athlete(&[&export[..], &["--force"]].concat());
     assert!(output.status.success() && String::from_utf8_lossy(&output.stderr).contains("no card"));
     assert_eq!(names(&out), &files[1..]);
+
+    // Another motion under its feet is found out, whoever plays it.
+    let motion = Path::new(&out).join("two_foot_glide.clip.ron");
+    let text = std::fs::read_to_string(&motion).unwrap();
+    std::fs::write(&motion, text.replacen("name: \"", "name: \"another_", 1)).unwrap();
+    let learnt_from = ["two_foot_glide.clip.ron: fingerprint fnv1a64-", "valid: fnv1a64-"];
+    refused(1, &["evaluate", &out, "--trials", "8"], &learnt_from);
+    let file = Path::new(&out).join("two_foot_glide.skill.ron").display().to_string();
+    let skater = load_character("skater").unwrap();
+    let refusal = load_trained_skill(&file, &skater).unwrap_err().to_string();
+    assert!(learnt_from.iter().all(|word| refusal.contains(word)), "{refusal}");
+    // Lines that end as on Windows are the same motion.
+    std::fs::write(&motion, text.replace('\n', "\r\n")).unwrap();
+    load_trained_skill(&file, &skater).unwrap();
 
     // A folder has one skill.
     std::fs::write(Path::new(&out).join("other.skill.ron"), "").unwrap();

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 const GAITS: [(&str, &str, &[&str]); 2] = [
-    ("foot_human", "walking/walk", &["stand", "slow", "brisk", "fast"]),
-    ("runner", "running/run", &["stand", "walk", "jog", "run", "fast_run"]),
+    ("foot_human", "walking/walk", &["stand", "march", "slow", "brisk", "fast"]),
+    ("runner", "running/run", &["stand", "march", "walk", "jog", "run", "fast_run"]),
 ];
 
 fn key_poses(folder: &str, name: &str) -> KeyPoses {
@@ -186,6 +186,93 @@ fn a_gait_changes_its_pace_no_faster_than_asked_and_its_reference_never_jumps() 
         assert_eq!(tracker.reference_pose(0), other.reference_pose(0));
         tracker.advance(&sim);
         other.advance(&sim);
+    }
+}
+
+/// A tracker of a gait that goes at a speed.
+fn going(body: &str, folder: &str, names: &[&str], speed: f64) -> (Simulator<f64>, Tracker<f64>) {
+    let (model, motion) = gait(body, folder, names);
+    let layout = Arc::new(ObservationLayout::from_terms(&model, &ObservationTerm::STANDARD, 0));
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let mut tracker = Tracker::new(Arc::new(motion), TrackerOptions::default(), layout);
+    tracker.begin(&mut sim, 0, 5, speed);
+    tracker.set_speed(0, speed);
+    (sim, tracker)
+}
+
+#[test]
+fn a_gait_leans_into_a_turn_as_its_speed_and_the_turn_ask_for() {
+    for (body, folder, names) in GAITS {
+        let (sim, mut tracker) = going(body, folder, names, 1.2);
+        let sideways = |tracker: &Tracker<f64>| {
+            let up = tracker.reference_rotation().lane(0) * DVec3::Y;
+            let ahead = tracker.heading(0).to_world(bevy_athlete::math::Vec3::<f64>::splat(DVec3::NEG_Z)).lane(0);
+            up.dot(ahead.cross(DVec3::Y)).atan2(up.y)
+        };
+        // Over whole cycles, in which the trunk sways to both sides alike.
+        let mean = |tracker: &mut Tracker<f64>, rate: f64| {
+            let mut sum = 0.0;
+            for k in 0..360 {
+                tracker.advance(&sim);
+                tracker.steer(rate / 30.0);
+                sum += if k >= 60 { sideways(tracker) / 300.0 } else { 0.0 };
+            }
+            sum
+        };
+        let straight = mean(&mut tracker, 0.0);
+        for rate in [0.8, -0.8] {
+            let lean = mean(&mut tracker, rate);
+            let wanted = -(1.2 * rate / 9.81_f64).atan();
+            assert!((lean - straight - wanted).abs() < 0.01, "{body} at {rate} rad/s: {lean} rad, wanted {wanted}");
+        }
+    }
+}
+
+#[test]
+fn a_gait_stands_with_both_feet_down_and_turns_on_the_spot_by_steps() {
+    for (body, folder, names) in GAITS {
+        for stops in [40, 43, 51] {
+            let (sim, mut tracker) = going(body, folder, names, 1.0);
+            let mut phases = Vec::new();
+            for k in 0..150 {
+                tracker.set_speed(0, if k < stops { 1.0 } else { 0.0 });
+                tracker.advance(&sim);
+                phases.push(tracker.tick(0));
+            }
+            assert!(phases[100..].iter().all(|p| *p == phases[149]), "{body}: the phase waits: {:?}", &phases[100..]);
+            // There a step on the spot has both feet down.
+            let step = &tracker.motion().levels()[1];
+            assert!(step.speed < 0.3, "{body}: {} m/s", step.speed);
+            let model = preset(body).unwrap();
+            let (mut spot, layout) = (
+                Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model)),
+                Arc::new(ObservationLayout::from_terms(&model, &ObservationTerm::STANDARD, 0)),
+            );
+            let mut there = Tracker::new(tracker.motion().clone(), TrackerOptions::default(), layout);
+            there.begin(&mut spot, 0, phases[149], step.speed);
+            let pose = there.reference_pose(0);
+            for name in ["left", "right"] {
+                let lowest = model
+                    .contact_points
+                    .iter()
+                    .filter(|p| p.name.ends_with(name) && p.role == bevy_athlete::model::PointRole::Foot)
+                    .map(|p| place(&model, &pose, &p.name).y - p.radius)
+                    .fold(f64::INFINITY, f64::min);
+                assert!(lowest < 0.015, "{body}: the {name} foot is {lowest} m up");
+            }
+
+            // Told to turn, it takes steps, and goes nowhere.
+            let (start, before) = (tracker.reference_root().lane(0), tracker.heading(0));
+            let mut moved = false;
+            for _ in 0..60 {
+                tracker.steer(0.02);
+                tracker.advance(&sim);
+                moved |= tracker.tick(0) != phases[149];
+            }
+            let turned = tracker.heading(0).relative_to(before);
+            assert!(moved && (turned.s.atan2(turned.c) - 1.2).abs() < 0.01, "{body}: it turns by {turned:?}");
+            assert!((tracker.reference_root().lane(0) - start).length() < 0.3, "{body} stays where it is");
+        }
     }
 }
 

@@ -5,44 +5,15 @@
 //! machine, nothing is measured.
 #![cfg(unix)]
 
+use crate::command_line::Folder;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// No command may take longer to come to its end, s.
 const LIMIT: u64 = 240;
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("athlete-interrupts-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    /// The skater's zero pose for so many seconds.
-    fn standing(&self, seconds: usize) -> String {
-        let pose =
-            "(root_position: (0.0, 0.9, 0.0), root_rotation: (0.0, 0.0, 0.0, 1.0), joints: [(0.0, 0.0, 0.0, 1.0)]),\n";
-        let poses = pose.repeat(seconds + 1);
-        let text = format!("(name: \"standing\", frame_rate: 1.0, joints: [\"abdomen\"], poses: [\n{poses}])");
-        std::fs::write(self.0.join("standing.clip.ron"), text).unwrap();
-        self.path("standing.clip.ron")
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 /// A command at work, and the line of its output that said so.
 struct Running {
@@ -150,7 +121,7 @@ fn a_training_saves_what_was_learnt() {
 #[test]
 fn a_reconstruction_saves_the_windows_that_were_passed() {
     let folder = Folder::new("reconstruct");
-    let (clip, control) = (folder.standing(900), folder.path("out.control.ron"));
+    let (clip, control) = (folder.standing("standing.clip.ron", 1.0, 901), folder.path("out.control.ron"));
     let search = ["reconstruct", "--character", "skater", "--world", "ice", "--clip", &clip, "--out", &control];
     let search = [&search[..], &["--samples", "32", "--keep", "8", "--deviation", "0.02", "--threads", "1"]].concat();
     let mut wait = Duration::from_millis(200);
@@ -258,7 +229,7 @@ fn an_affine_search_says_what_there_is() {
 #[test]
 fn the_second_one_ends_it_at_once() {
     let folder = Folder::new("second");
-    let (clip, control) = (folder.standing(60), folder.path("out.control.ron"));
+    let (clip, control) = (folder.standing("standing.clip.ron", 1.0, 61), folder.path("out.control.ron"));
     let search = ["reconstruct", "--character", "skater", "--world", "ice", "--clip", &clip, "--out", &control];
     let mut searching =
         Running::start(&[&search[..], &["--samples", "65536", "--threads", "1"]].concat(), "follows standing");

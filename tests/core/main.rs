@@ -5,6 +5,8 @@
 
 #[path = "../support/bvh_writer.rs"]
 mod bvh_writer;
+#[path = "../support/command_line.rs"]
+mod command_line;
 #[path = "../support/common.rs"]
 mod common;
 #[path = "../support/counting_allocator.rs"]

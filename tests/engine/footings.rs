@@ -58,7 +58,7 @@ fn on_a_platform_that_moves_it_is_the_same_motion_seen_from_there() {
             |velocity, carried| perform_on(&performer, Footing::Platform { height: 0.5, velocity, carried }, seconds);
         let still = on(DVec3::ZERO, false);
         assert!(still.stands() && still.end().length() > 3.0, "{still:?}");
-        for velocity in [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)] {
+        for velocity in [DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
             let carried = on(velocity, true);
             told(&format!("{} on a platform at {velocity}", performer.skill), &carried);
             let apart = still.apart(&carried);
@@ -154,23 +154,23 @@ fn gaits_last_on_slopes_as_long_as_they_do() {
     }
 }
 
-/// On a platform of Avian that moves at 1 m/s in any direction, too, at the same speed over it.
+/// On a platform of Avian that moves at 1 m/s, too, at the same speed over it: each in another direction.
 #[cfg(feature = "avian")]
 #[test]
 fn gaits_go_on_platforms_that_move() {
-    for (performer, speed) in gaits() {
-        for velocity in [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)] {
-            goes(&performer, speed, Footing::Platform { height: 0.5, velocity, carried: true });
-        }
+    let ways = [DVec3::X, DVec3::new(0.6, 0.0, -0.8), DVec3::Z, DVec3::NEG_Z];
+    for ((performer, speed), velocity) in gaits().into_iter().zip(ways) {
+        goes(&performer, speed, Footing::Platform { height: 0.5, velocity, carried: true });
     }
 }
 
-/// Ten seconds ahead on a footing.
+/// Six seconds ahead on a footing.
 fn goes(performer: &Performer, speed: f64, footing: Footing) {
-    let found = perform_on(performer, footing, 10.0);
+    const SECONDS: f64 = 6.0;
+    let found = perform_on(performer, footing, SECONDS);
     let what = format!("{} at {speed} m/s on {footing:?}", performer.skill);
     told(&what, &found);
     assert!(found.stands(), "{what}: fell at {:?}", found.fell);
-    assert!((-found.end().z - 10.0 * speed).abs() < 0.15 * 10.0 * speed, "{what}: {:?}", found.end());
-    assert!(found.end().x.abs() < 0.3 * 10.0 * speed, "{what}: {:?}", found.end());
+    assert!((-found.end().z - SECONDS * speed).abs() < 0.15 * SECONDS * speed, "{what}: {:?}", found.end());
+    assert!(found.end().x.abs() < 0.3 * SECONDS * speed, "{what}: {:?}", found.end());
 }

@@ -1,4 +1,4 @@
-//! The course: the runner on a hall's floor with numbered obstacles, which it runs round, by its policy or where the player points.
+//! The course: the runner on a hall's floor with numbered obstacles. It sees them and leaps over them, on its round or where the player points.
 
 use crate::app::labels::Label;
 use crate::app::props::Props;
@@ -19,16 +19,17 @@ const SIZE: Vec2 = Vec2::new(0.35, 1.4);
 /// Length of the way, m.
 const WAY: f32 = 42.4;
 /// Where it runs when nobody steers, m: to the right and along -Z, and at what speed, m/s.
-const ROUND: [(f32, f32, f32); 8] = [
-    (2.0, 10.4, 3.0),
-    (-2.0, 20.6, 3.0),
-    (2.0, 30.8, 3.0),
-    (0.0, 38.0, 2.2),
-    (-5.0, 38.0, 2.2),
-    (-6.0, 20.0, 3.8),
-    (-5.0, 0.0, 2.2),
-    (0.0, -2.0, 2.2),
+const ROUND: [(f32, f32, f32); 7] = [
+    (0.0, 40.0, 3.2),
+    (-2.5, 43.0, 2.2),
+    (-5.0, 40.0, 2.2),
+    (-6.0, 20.0, 3.2),
+    (-5.0, -3.0, 2.2),
+    (-2.5, -6.0, 2.2),
+    (0.0, -3.0, 2.2),
 ];
+/// What clears obstacles, from the folder of the running skills.
+const CLEARS: [&str; 4] = ["jump", "hop_down", "hurdle", "gap"];
 /// Distance at which a place counts as reached, m.
 const REACHED: f32 = 1.5;
 /// Fastest run that a player can ask for, m/s.
@@ -84,7 +85,10 @@ fn enter(
         Runner::default(),
         DespawnOnExit(DemoScene::Course),
         Athlete(characters.add(CharacterAsset { model: runner() })),
-        AthleteController::skill(assets.load("skills/running/run/run.skill.ron")),
+        AthleteController::course(
+            assets.load("skills/running/run/run.skill.ron"),
+            CLEARS.map(|name| assets.load(format!("skills/running/{name}/{name}.skill.ron"))),
+        ),
         AthleteInput::default().at(0.0),
         AthleteSettings { restart_after: Some(1.5), ..default() },
         AthleteHistory::default(),
@@ -124,16 +128,22 @@ fn go(
 mod tests {
     use super::*;
 
-    /// The round leads past the obstacles, not through them.
+    /// The round leads straight over every obstacle, with room to land, and comes near none on the way back.
     #[test]
-    fn the_round_goes_round_every_obstacle() {
-        for (k, (x, z, _)) in ROUND.iter().enumerate() {
-            let (to_x, to_z, _) = ROUND[(k + 1) % ROUND.len()];
+    fn the_round_goes_over_every_obstacle_once() {
+        let ends = |k: usize| (ROUND[(k + ROUND.len() - 1) % ROUND.len()], ROUND[k]);
+        let ((x, from, _), (to_x, to, _)) = ends(0);
+        assert!(x == 0.0 && to_x == 0.0, "straight ahead in the middle of the lane");
+        for (at, _) in OBSTACLES {
+            assert!(from + 8.0 < at && at + 6.0 < to, "the obstacle at {at}");
+        }
+        for k in 1..ROUND.len() {
+            let ((x, z, _), (to_x, to_z, _)) = ends(k);
             for s in (0..=100).map(|k| k as f32 / 100.0) {
                 let (x, z) = (x + (to_x - x) * s, z + (to_z - z) * s);
                 for (at, _) in OBSTACLES {
                     let clear = (x.abs() - 0.5 * SIZE.y).max((z - at).abs() - 0.5 * SIZE.x);
-                    assert!(clear > 0.6, "{x}, {z} is {clear} m from the obstacle at {at}");
+                    assert!(clear > 1.0, "{x}, {z} is {clear} m from the obstacle at {at}");
                 }
             }
         }

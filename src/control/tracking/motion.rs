@@ -62,6 +62,8 @@ pub struct TrackedMotion {
     ends: Vec<usize>,
     warps: Vec<Warp>,
     levels: Vec<GaitLevel>,
+    /// Of a gait: the tick in the first half of its cycle at which both feet are nearest to the ground.
+    both_down: usize,
 }
 
 impl TrackedMotion {
@@ -169,7 +171,7 @@ impl TrackedMotion {
             tick.travel = travel;
         }
         let mean_speed = ticks.iter().map(|t| t.com_velocity.dot(t.travel)).sum::<f64>() / count as f64;
-        Self { ticks, cycle, tick_rate, mean_speed, ends, warps: Vec::new(), levels: Vec::new() }
+        Self { ticks, cycle, tick_rate, mean_speed, ends, warps: Vec::new(), levels: Vec::new(), both_down: 0 }
     }
 
     /// The mirror image, its left and right exchanged; `links` has for each link the one on the other side (see

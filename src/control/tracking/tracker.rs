@@ -50,6 +50,16 @@ impl Default for TrackerOptions {
 
 /// How fast the reference's height follows a foothold, m in a decision: a step up or down is taken over two or three of them.
 const FOLLOW_HEIGHT: f64 = 0.05;
+/// Time in which a gait takes up the lean of a turn, s.
+const LEAN_TIME: f64 = 0.2;
+/// Tangent of half of the most that it leans.
+const MOST_LEAN: f64 = 0.25;
+/// Standard gravity, m/s^2.
+const GRAVITY: f64 = 9.81;
+/// Speed of a step on the spot at most, m/s: a gait that has one turns on it.
+const ON_THE_SPOT: f64 = 0.3;
+/// Turns slower than this are turned standing, rad/s.
+const STANDS: f64 = 0.05;
 /// Height above the root from which the ground ahead is looked for, m.
 const SCAN_FROM: f64 = 0.5;
 
@@ -85,6 +95,9 @@ pub struct Tracker<R: Real> {
     paces: Vec<f64>,
     /// Where a gait is worked out.
     sampled: TrackedTick,
+    /// Of a gait: how it leans, as the tangent of half the angle, positive to the right; and the last turn that was commanded, rad in a tick.
+    lean: R,
+    turning: R,
     anchor_heading: Heading<R>,
     anchor_place: Vec3<R>,
     speed: R,
@@ -122,6 +135,8 @@ impl<R: Real> Tracker<R> {
             fractions: vec![0.0; R::LANES],
             paces: vec![motion.mean_speed(); R::LANES],
             sampled: motion.tick(0).clone(),
+            lean: R::zero(),
+            turning: R::zero(),
             anchor_heading: Heading::ahead(),
             anchor_place: Vec3::zero(),
             speed: R::splat(motion.mean_speed()),
@@ -275,6 +290,8 @@ impl<R: Real> Tracker<R> {
         out.count(self.ticks[lane]);
         out.number(self.fractions[lane]);
         out.number(self.paces[lane]);
+        out.number(self.lean.lane(lane));
+        out.number(self.turning.lane(lane));
         out.number(self.anchor_heading.c.lane(lane));
         out.number(self.anchor_heading.s.lane(lane));
         out.vector(self.anchor_place.lane(lane));
@@ -301,6 +318,8 @@ impl<R: Real> Tracker<R> {
             return Err(StateError::value("part of the tick", fraction, "0 to 1"));
         }
         self.paces[lane] = from.number("pace of the reference")?;
+        self.lean.set_lane(lane, from.number("lean of the reference")?);
+        self.turning.set_lane(lane, from.number("turn of the reference")?);
         self.anchor_heading.c.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_heading.s.set_lane(lane, from.number("heading of the reference")?);
         self.anchor_place.set_lane(lane, from.vector("place of the reference")?);
@@ -358,6 +377,8 @@ impl<R: Real> Tracker<R> {
 
     /// Puts the reference of a lane, turned by `heading`, with its root above `place`, whose height is that of its ground.
     fn anchor(&mut self, lane: usize, heading: Heading<f64>, place: glam::DVec3) {
+        self.lean.set_lane(lane, 0.0);
+        self.turning.set_lane(lane, 0.0);
         let root = self.now.root_position.lane(lane);
         let offset = heading.to_world(Vec3::<f64>::splat(root)).lane(0);
         self.anchor_heading.c.set_lane(lane, heading.c);
@@ -365,14 +386,31 @@ impl<R: Real> Tracker<R> {
         self.anchor_place.set_lane(lane, glam::DVec3::new(place.x - offset.x, place.y, place.z - offset.z));
     }
 
-    /// Turns the reference of every lane about its root by a small angle (rad, positive to the left): steering.
+    /// Turns the reference of every lane about its root by a small angle (rad, positive to the left), once a tick: steering. A gait leans into the
+    /// turn, and takes steps on the spot for one where it stands.
     pub fn steer(&mut self, angle: R) {
+        self.turning = angle;
+        self.turn(angle);
+    }
+
+    fn turn(&mut self, angle: R) {
         let pivot = self.reference_root();
         let by = Heading { c: R::one() - angle * angle * R::splat(0.5), s: angle };
         self.anchor_heading = self.anchor_heading.turned(by).normalized();
         let height = self.anchor_place.y;
-        self.anchor_place = pivot - self.anchor_heading.to_world(self.now.root_position);
+        self.anchor_place = pivot - self.anchor_heading.to_world(self.leaned(self.now.root_position, &self.now));
         self.anchor_place.y = height;
+    }
+
+    /// The rotation by which a gait leans, in the reference's own world.
+    fn lean_rotation(&self, reference: &Gathered<R>) -> Quat<R> {
+        let w = self.lean.mul_add(self.lean, R::one()).sqrt().recip();
+        Quat { v: reference.travel * (self.lean * w), w }
+    }
+
+    /// A place in the reference's own world, about the line on the ground on which a gait goes.
+    fn leaned(&self, place: Vec3<R>, reference: &Gathered<R>) -> Vec3<R> {
+        if self.motion.levels().is_empty() { place } else { self.lean_rotation(reference).rotate(place) }
     }
 
     /// Where the root of lane `lane` is over the ground at tick `tick` of the motion's own world, m, warped to the lane's parameters.
@@ -425,12 +463,18 @@ impl<R: Real> Tracker<R> {
 
     /// Where the reference's root is, world frame, m.
     pub fn reference_root(&self) -> Vec3<R> {
-        self.anchor_heading.to_world(self.now.root_position) + self.anchor_place
+        self.anchor_heading.to_world(self.leaned(self.now.root_position, &self.now)) + self.anchor_place
     }
 
     /// Rotation of the reference's root, world frame.
     pub fn reference_rotation(&self) -> Quat<R> {
-        self.anchor_heading.to_quat() * self.now.root_rotation
+        self.rotation_of(&self.now)
+    }
+
+    fn rotation_of(&self, reference: &Gathered<R>) -> Quat<R> {
+        let own = reference.root_rotation;
+        self.anchor_heading.to_quat()
+            * if self.motion.levels().is_empty() { own } else { self.lean_rotation(reference) * own }
     }
 
     /// The reference pose of lane `lane` in the world, for ghosts and storyboards.
@@ -452,10 +496,10 @@ impl<R: Real> Tracker<R> {
 
     /// A reference in the world.
     fn placed(&self, reference: &Gathered<R>, lane: usize) -> ModelPose {
-        let root = self.anchor_heading.to_world(reference.root_position) + self.anchor_place;
+        let root = self.anchor_heading.to_world(self.leaned(reference.root_position, reference)) + self.anchor_place;
         ModelPose {
             root_position: root.lane(lane),
-            root_rotation: (self.anchor_heading.to_quat() * reference.root_rotation).lane(lane),
+            root_rotation: self.rotation_of(reference).lane(lane),
             joints: reference.joints.iter().map(|q| q.lane(lane)).collect(),
         }
     }
@@ -546,10 +590,18 @@ impl<R: Real> Tracker<R> {
             if !motion.levels().is_empty() {
                 let gone = self.anchor_place.lane(lane) + self.gone(lane);
                 self.anchor_place.set_lane(lane, gone);
-                let phase = self.ticks[lane] as f64 + self.fractions[lane] + motion.phase_step(self.paces[lane]);
+                let phase = motion.phase_after(self.ticks[lane] as f64 + self.fractions[lane], self.paces[lane]);
                 let most = self.options.acceleration / motion.tick_rate();
-                let wanted = motion.pace(self.speed.lane(lane)) - self.paces[lane];
-                self.paces[lane] += wanted.clamp(-most, most);
+                let turning = self.turning.lane(lane) * motion.tick_rate();
+                let mut wanted = motion.pace(self.speed.lane(lane));
+                if let Some(step) = motion.step_on_the_spot(ON_THE_SPOT).filter(|_| turning.abs() > STANDS) {
+                    wanted = wanted.max(step);
+                }
+                self.paces[lane] += (wanted - self.paces[lane]).clamp(-most, most);
+                // What is turned at v with omega is drawn outwards by v omega: tan(angle) = v omega / g.
+                let lean = (-0.5 * self.paces[lane] * turning / GRAVITY).clamp(-MOST_LEAN, MOST_LEAN);
+                let (old, part) = (self.lean.lane(lane), 1.0 / (LEAN_TIME * motion.tick_rate()).max(1.0));
+                self.lean.set_lane(lane, old + (lean - old) * part);
                 self.stride(lane, phase);
                 continue;
             }
@@ -588,7 +640,7 @@ impl<R: Real> Tracker<R> {
         let here = Heading::of(sim.state.root_rotation);
         let turn = here.relative_to(Heading::of(self.reference_rotation()));
         let limit = R::splat(self.options.max_heading_drift);
-        self.steer((turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero()));
+        self.turn((turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero()));
 
         let mut away = sim.state.root_position - self.reference_root();
         away.y = R::zero();
@@ -614,8 +666,12 @@ impl<R: Real> Tracker<R> {
         let links = sim.kinematics();
         let mut ends = R::zero();
         for (&link, place) in self.motion.ends().iter().zip(&self.now.ends) {
-            ends += (links[link].origin - self.anchor_heading.to_world(*place)).length_squared();
+            let place = self.anchor_heading.to_world(self.leaned(*place, &self.now));
+            ends += (links[link].origin - place).length_squared();
         }
+        // Cosine of the lean.
+        let lean = self.lean * self.lean;
+        let upright = (R::one() - lean) * (R::one() + lean).recip();
         let root = (sim.state.root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector();
         let spin = sim.state.root_velocity.angular - self.anchor_heading.to_world(self.now.root_angular);
         let mut away = sim.state.root_position - self.reference_root();
@@ -626,7 +682,7 @@ impl<R: Real> Tracker<R> {
             ends: ends * R::splat(1.0 / self.motion.ends().len().max(1) as f64),
             root: root.length_squared(),
             spin: spin.length_squared(),
-            height: com.y - (self.now.com_height + self.anchor_place.y),
+            height: com.y - (self.now.com_height * upright + self.anchor_place.y),
             com_velocity: (com_velocity - self.wanted_velocity()).length_squared(),
             place: away.length_squared(),
         }

@@ -422,6 +422,10 @@ impl<R: Real> Environment<R> {
                 let stops = self.random.uniform() < STOPS;
                 let drawn = draw(&mut self.random, speed);
                 self.tracker.set_speed(lane, if stops { speed.0 } else { drawn });
+                // Half of those that stop do not turn on the spot.
+                if stops && self.random.uniform() < 0.5 {
+                    l.turn = 0.0;
+                }
             }
         }
         self.tracker.steer(R::from_lanes(|lane| self.lanes[lane].turn));

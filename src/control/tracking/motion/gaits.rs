@@ -8,7 +8,7 @@
 
 use super::{CycleShift, TrackedMotion, TrackedTick, phase_hats};
 use crate::asset::clip::{ClipError, MotionClip};
-use crate::model::CharacterModel;
+use crate::model::{CharacterModel, Foot};
 use glam::{DQuat, DVec3};
 
 /// One speed of a gait.
@@ -33,6 +33,25 @@ impl GaitLevel {
 const TICKS: usize = 32;
 /// Strides shorter than this do not say how fast the phase goes, m.
 const NO_STRIDE: f64 = 1e-3;
+
+/// The tick in the first half of a cycle at which the higher one of the feet is lowest.
+fn both_down(level: &GaitLevel, model: &CharacterModel) -> usize {
+    let mut places = Vec::with_capacity(model.links.len());
+    let mut height = |tick: &TrackedTick| {
+        tick.pose.link_transforms(model, &mut places);
+        let lowest = |foot: &Foot| {
+            let heights = model.foot_points(foot).map(|p| {
+                let point = &model.contact_points[p];
+                let place = &places[point.link];
+                (place.position + place.rotation * point.position).y - point.radius
+            });
+            heights.fold(f64::INFINITY, f64::min)
+        };
+        model.feet().iter().map(lowest).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let heights: Vec<f64> = level.ticks[..TICKS / 2].iter().map(&mut height).collect();
+    (0..heights.len()).min_by(|a, b| heights[*a].total_cmp(&heights[*b])).unwrap_or(0)
+}
 
 impl TrackedMotion {
     /// Prepares a gait from one cycle for each of its speeds, ascending; the last pose of each counts as the first of the next cycle. Each goes
@@ -67,7 +86,8 @@ impl TrackedMotion {
         let level = &levels[cycles.len() / 2];
         let still = CycleShift { turn: (1.0, 0.0), shift: DVec3::ZERO };
         let (ticks, mean_speed) = (level.ticks.clone(), level.speed);
-        Ok(Self { ticks, cycle: Some(still), tick_rate, mean_speed, levels, ..middle })
+        let both_down = levels.get(1).map_or(0, |level| both_down(level, model));
+        Ok(Self { ticks, cycle: Some(still), tick_rate, mean_speed, levels, both_down, ..middle })
     }
 
     /// The speeds of a gait, ascending; empty for other motions.
@@ -112,6 +132,25 @@ impl TrackedMotion {
     /// Ticks by which the phase goes on in a decision at a pace (m/s).
     pub(in crate::control::tracking) fn phase_step(&self, pace: f64) -> f64 {
         self.around(pace).3 * TICKS as f64 / self.tick_rate()
+    }
+
+    /// The phase (ticks) a decision later at a pace (m/s). Who stands ends the step and waits there: steps begin where steps end, with both feet
+    /// on the ground.
+    pub(in crate::control::tracking) fn phase_after(&self, phase: f64, pace: f64) -> f64 {
+        let next = phase + self.phase_step(pace);
+        if pace > 0.0 || self.levels().first().is_none_or(|l| l.speed > NO_STRIDE) {
+            return next;
+        }
+        let (step, down) = (TICKS as f64 / 2.0, self.both_down as f64);
+        next.min(((phase - down) / step).ceil() * step + down)
+    }
+
+    /// The speed of the slowest steps (m/s), where they are as slow as `most`, of a gait that also stands.
+    pub(in crate::control::tracking) fn step_on_the_spot(&self, most: f64) -> Option<f64> {
+        match self.levels() {
+            [stand, step, ..] if stand.speed <= NO_STRIDE && step.speed <= most => Some(step.speed),
+            _ => None,
+        }
     }
 
     /// The gait at a pace (m/s) and a phase (ticks, from 0 to [`TrackedMotion::last`]).
