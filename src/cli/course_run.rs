@@ -1,13 +1,13 @@
 //! A course that is run once: what was seen, planned and cleared, and what became of the runner.
 
 use crate::asset::{Course, CourseError, CourseInstance};
-use crate::contact::{CourseTerrain, Surface, World};
+use crate::contact::{CourseTerrain, Surface, Terrain, World};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
-use crate::math::RandomStream;
+use crate::math::{RandomStream, Vec3};
 use crate::model::{PointRole, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{CourseView, Director, DirectorEvent, Disturbance, PELVIS, forbidden_points};
+use crate::skill::{CourseView, Director, DirectorEvent, DirectorInput, Disturbance, PELVIS, forbidden_points};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -75,6 +75,11 @@ impl CourseTask {
     }
 }
 
+/// The ground at the start is looked for from here, m.
+const HIGHEST: f64 = 50.0;
+/// The runner is told to go to the middle of the way, so far ahead, m.
+const LOOK: f64 = 6.0;
+
 fn random_of(seed: u64, number: u64) -> RandomStream {
     RandomStream::new(seed, 0x636f_7572_7365 + number)
 }
@@ -92,7 +97,9 @@ pub fn run_course(
     let world = if task.course.ground.is_some() { World::empty() } else { World::ground() };
     let mut terrain = CourseTerrain::<f64>::new(Arc::new(world), &instance);
     let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(model));
-    director.begin(&mut sim, Heading::ahead(), DVec3::ZERO);
+    // On whatever is there.
+    let ground = terrain.height(Vec3::splat(DVec3::Y * HIGHEST));
+    director.begin(&mut sim, Heading::ahead(), DVec3::Y * if ground.found { ground.height } else { 0.0 });
     task.disturbance.apply(&mut sim.state, 0, &mut random);
     sim.friction_scale = random.range(task.friction.0, task.friction.1) / Surface::GROUND.friction;
     sim.state_changed();
@@ -123,6 +130,8 @@ fn perform(
         }
         look(sim, director);
         let seconds = sim.state.time;
+        let place = sim.state.root_position.lane(0);
+        director.set_input(DirectorInput { direction: DVec3::new(-place.x, 0.0, -LOOK), ..director.input().clone() });
         while let Some(event) = director.take_event() {
             let name = |k: usize| director.graph().skills()[k].name().to_owned();
             match event {
@@ -131,23 +140,22 @@ fn perform(
                 _ => {}
             }
         }
-        let root = sim.state.root_position.lane(0);
         let allowed = &director.player().skill().definition.touch.roles;
         let with_hands = allowed.contains(&PointRole::Hand);
         let touched = |p: &usize| sim.contact_force(*p, 0) != DVec3::ZERO;
         let down = forbidden.iter().filter(|p| !(with_hands && hands(p))).any(touched);
-        let above = root.y - director.player().support().height;
+        let above = place.y - director.player().support().height;
         let end = if down || !sim.is_sane(0) || above < PELVIS {
             CourseEnd::Fell
-        } else if -root.z >= task.finish {
+        } else if -place.z >= task.finish {
             CourseEnd::Finished
-        } else if root.x.abs() > aside {
+        } else if place.x.abs() > aside {
             CourseEnd::Aside
         } else if seconds >= task.seconds {
             CourseEnd::Stopped
         } else {
             continue;
         };
-        return Ok(CourseRun { end, ahead: -root.z, seconds, skills, plans });
+        return Ok(CourseRun { end, ahead: -place.z, seconds, skills, plans });
     }
 }

@@ -123,7 +123,7 @@ fn a_gait_has_the_speeds_of_its_cycles_and_goes_at_the_pace_that_is_asked() {
         let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
         let mut tracker = Tracker::new(Arc::new(motion.clone()), TrackerOptions::default(), layout);
         let top = speeds[speeds.len() - 1];
-        let mut pace = 0.05;
+        let mut pace = 0.12;
         while pace < top {
             tracker.begin(&mut sim, 0, 0, pace);
             tracker.set_speed(0, pace);
@@ -157,6 +157,9 @@ fn a_gait_changes_its_pace_no_faster_than_asked_and_its_reference_never_jumps() 
     let options = TrackerOptions { acceleration: 2.0, ..TrackerOptions::default() };
     let mut tracker = Tracker::new(Arc::new(motion), options, layout.clone());
     tracker.begin(&mut sim, 0, 5, 0.0);
+    // It waits for the end of a step, though it stands.
+    tracker.set_speed(0, 0.0);
+    (0..20).for_each(|_| tracker.advance(&sim));
     let mut before = tracker.reference_root().lane(0);
     let (mut fastest, mut speed_before): (f64, f64) = (0.0, 0.0);
     for k in 0..240 {

@@ -26,7 +26,7 @@ pub struct CourseCommand {
     #[arg(long, default_value = "run")]
     run: String,
     /// Skills that clear obstacles, by name or file
-    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle")]
+    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle,gap")]
     skills: Vec<String>,
     /// Running speed, m/s
     #[arg(long, default_value_t = 3.2)]

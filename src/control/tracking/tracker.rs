@@ -56,8 +56,6 @@ const LEAN_TIME: f64 = 0.2;
 const MOST_LEAN: f64 = 0.25;
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.81;
-/// Speed of a step on the spot at most, m/s: a gait that has one turns on it.
-const ON_THE_SPOT: f64 = 0.3;
 /// Turns slower than this are turned standing, rad/s.
 const STANDS: f64 = 0.05;
 /// Height above the root from which the ground ahead is looked for, m.
@@ -590,14 +588,15 @@ impl<R: Real> Tracker<R> {
             if !motion.levels().is_empty() {
                 let gone = self.anchor_place.lane(lane) + self.gone(lane);
                 self.anchor_place.set_lane(lane, gone);
-                let phase = motion.phase_after(self.ticks[lane] as f64 + self.fractions[lane], self.paces[lane]);
-                let most = self.options.acceleration / motion.tick_rate();
                 let turning = self.turning.lane(lane) * motion.tick_rate();
                 let mut wanted = motion.pace(self.speed.lane(lane));
-                if let Some(step) = motion.step_on_the_spot(ON_THE_SPOT).filter(|_| turning.abs() > STANDS) {
+                if let Some(step) = motion.step_on_the_spot().filter(|_| turning.abs() > STANDS) {
                     wanted = wanted.max(step);
                 }
-                self.paces[lane] += (wanted - self.paces[lane]).clamp(-most, most);
+                let phase = self.ticks[lane] as f64 + self.fractions[lane];
+                let most = self.options.acceleration / motion.tick_rate();
+                let (phase, pace) = motion.after(phase, self.paces[lane], wanted, most);
+                self.paces[lane] = pace;
                 // What is turned at v with omega is drawn outwards by v omega: tan(angle) = v omega / g.
                 let lean = (-0.5 * self.paces[lane] * turning / GRAVITY).clamp(-MOST_LEAN, MOST_LEAN);
                 let (old, part) = (self.lean.lane(lane), 1.0 / (LEAN_TIME * motion.tick_rate()).max(1.0));

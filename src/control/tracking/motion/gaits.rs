@@ -31,6 +31,8 @@ impl GaitLevel {
 
 /// Ticks of a cycle.
 const TICKS: usize = 32;
+/// Speed of a step on the spot at most, m/s.
+const ON_THE_SPOT: f64 = 0.3;
 /// Strides shorter than this do not say how fast the phase goes, m.
 const NO_STRIDE: f64 = 1e-3;
 
@@ -134,21 +136,43 @@ impl TrackedMotion {
         self.around(pace).3 * TICKS as f64 / self.tick_rate()
     }
 
-    /// The phase (ticks) a decision later at a pace (m/s). Who stands ends the step and waits there: steps begin where steps end, with both feet
-    /// on the ground.
-    pub(in crate::control::tracking) fn phase_after(&self, phase: f64, pace: f64) -> f64 {
+    /// The phase (ticks) and the pace (m/s) a decision later, where the pace may change by up to `most` towards the one that is `wanted` (m/s). Who stops ends the
+    /// step and waits there: between standing and the slowest steps the phase rests where both feet are down, so steps begin where steps end.
+    pub(in crate::control::tracking) fn after(&self, phase: f64, pace: f64, wanted: f64, most: f64) -> (f64, f64) {
         let next = phase + self.phase_step(pace);
-        if pace > 0.0 || self.levels().first().is_none_or(|l| l.speed > NO_STRIDE) {
-            return next;
+        let towards = |wanted: f64| pace + (wanted - pace).clamp(-most, most);
+        if self.levels().first().is_none_or(|l| l.speed > NO_STRIDE) {
+            return (next, towards(wanted));
         }
         let (step, down) = (TICKS as f64 / 2.0, self.both_down as f64);
-        next.min(((phase - down) / step).ceil() * step + down)
+        let rest = ((phase - down) / step).ceil() * step + down;
+        let least = self.step_on_the_spot().unwrap_or(0.0);
+        // Nothing goes more slowly than the slowest steps.
+        let wanted = if wanted >= least {
+            wanted
+        } else if wanted < 0.5 * least {
+            0.0
+        } else {
+            least
+        };
+        let (stands, stops) = (pace < least || pace <= 0.0, wanted < least && pace <= least);
+        let next = if stands || stops { next.min(rest) } else { next };
+        // Only there it goes over from the one to the other.
+        let here = rest - phase < 1e-9;
+        let wanted = if here || least == 0.0 {
+            wanted
+        } else if stands {
+            pace
+        } else {
+            wanted.max(least)
+        };
+        (next, towards(wanted))
     }
 
-    /// The speed of the slowest steps (m/s), where they are as slow as `most`, of a gait that also stands.
-    pub(in crate::control::tracking) fn step_on_the_spot(&self, most: f64) -> Option<f64> {
+    /// The speed of the slowest steps (m/s) of a gait that also stands, where they are steps on the spot.
+    pub(in crate::control::tracking) fn step_on_the_spot(&self) -> Option<f64> {
         match self.levels() {
-            [stand, step, ..] if stand.speed <= NO_STRIDE && step.speed <= most => Some(step.speed),
+            [stand, step, ..] if stand.speed <= NO_STRIDE && step.speed <= ON_THE_SPOT => Some(step.speed),
             _ => None,
         }
     }
