@@ -19,9 +19,6 @@ const LEAST_CHANCE: f64 = 0.5;
 /// An obstacle that nothing clears is stopped at with this deceleration (m/s^2), this far before it (m).
 const STOP: (f64, f64) = (0.7, 2.0);
 
-/// So near to an obstacle that it clears it goes straight on, m.
-const STRAIGHT: f64 = 4.0;
-
 /// How far an obstacle may be from where a skill without a parameter `distance` has it, m.
 const CLOSE: f64 = 0.05;
 
@@ -124,7 +121,7 @@ impl Course {
             return Choice { enter, speed: None, turn: 0.0 };
         }
         let run = &graph.skills()[0].skill;
-        // On the way it goes where it is told; close to an obstacle, straight on.
+        // On the way it goes where it is told; before an obstacle, straight on.
         let mut choice = Single.next(body, graph, input);
         let wished = choice.speed.unwrap_or(run.motion.mean_speed());
         let Some(obstacle) = Obstacle::ahead(&self.distances, &self.heights) else {
@@ -149,7 +146,7 @@ impl Course {
         // Before what cannot be cleared it stands still.
         let stops = || (2.0 * STOP.0 * (obstacle.distance - STOP.1).max(0.0)).sqrt();
         choice.speed = Some(self.speed.unwrap_or_else(|| wished.min(stops())));
-        if self.speed.is_some() && obstacle.distance < STRAIGHT {
+        if self.speed.is_some() {
             choice.turn = 0.0;
         }
         choice
