@@ -145,10 +145,9 @@ impl Course {
         }
         // Before what cannot be cleared it stands still.
         let stops = || (2.0 * STOP.0 * (obstacle.distance - STOP.1).max(0.0)).sqrt();
-        choice.speed = Some(self.speed.unwrap_or_else(|| wished.min(stops())));
-        if self.speed.is_some() {
-            choice.turn = 0.0;
-        }
+        let speed = self.speed.unwrap_or_else(|| wished.min(stops()));
+        choice.speed = Some(speed);
+        choice.turn = if self.speed.is_some() { 0.0 } else { Single.turn(body, graph, input, speed) };
         choice
     }
 
