@@ -55,7 +55,7 @@ set -m
     start=$SECONDS
     cargo test --locked --release --no-default-features --features train --test determinism
     bash scripts/wasm_bits.sh
-    [[ -z $page ]] || CARGO_TARGET_DIR=$folder/page bash web/build.sh --quick
+    [[ -z $page ]] || bash web/build.sh --quick
     echo $((SECONDS - start)) >"$log/seconds"
 ) >"$log/beside" 2>&1 &
 beside=$!

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the demo for the web into web/dist, a folder that any static server can host: bash web/build.sh [--quick]
-# --quick: the dev profile, neither shrunk nor compressed, for the browser test.
+# --quick: the profile web-quick, neither shrunk nor compressed, for the browser test.
 # Needs Rust (rustup), a C compiler and Node. wasm-bindgen is kept beside cargo's own programs, the other tools in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,7 +17,7 @@ target=wasm32-unknown-unknown
 folder=${CARGO_TARGET_DIR:-target}
 dist=web/dist
 profile=web
-[[ -z $quick ]] || profile=dev
+[[ -z $quick ]] || profile=web-quick
 
 stage() { printf '\n-- %s (%s s)\n' "$1" "$SECONDS"; }
 
@@ -53,7 +53,7 @@ env -u RUSTFLAGS cargo rustc --locked --profile $profile --target $target --no-d
 stage "its JavaScript"
 rm -rf $dist
 mkdir -p $dist
-program=$folder/$target/${profile/#dev/debug}/bevy_athlete.wasm
+program=$folder/$target/$profile/bevy_athlete.wasm
 "$wasm_bindgen" --target web --no-typescript --out-dir $dist --out-name demo "$program"
 
 if [[ -z $quick ]]; then
