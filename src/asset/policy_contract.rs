@@ -114,7 +114,7 @@ impl GainAction {
 pub struct ReferenceFile {
     /// Name of the clip file, which lies in the policy's own folder.
     pub file: String,
-    /// [`fingerprint`](crate::asset::card::fingerprint) of that file. A policy without one may lie beside any file of the name.
+    /// [`fingerprint`] of that file. A policy without one may lie beside any file of the name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
     /// Whether it begins again at its end.
