@@ -278,6 +278,10 @@ impl SkillPlayer {
     ) {
         self.tracker.profile(sim, terrain, distances, heights);
     }
+    /// The way that the reference goes over the ground, world axes.
+    pub(crate) fn way(&self) -> DVec3 {
+        self.tracker.way().lane(0)
+    }
     /// The skill's parameters, in the order of its file.
     pub fn parameters(&self) -> &[f64] {
         self.tracker.parameters(0)

@@ -54,8 +54,8 @@ const FOLLOW_HEIGHT: f64 = 0.05;
 const LEAN_TIME: f64 = 0.2;
 /// Tangent of half of the most that it leans.
 const MOST_LEAN: f64 = 0.25;
-/// Standard gravity, m/s^2.
-const GRAVITY: f64 = 9.81;
+/// Least gravity by which a lean is reckoned, m/s^2.
+const LEAST_GRAVITY: f64 = 0.1;
 /// Turns slower than this are turned standing, rad/s.
 const STANDS: f64 = 0.05;
 /// Height above the root from which the ground ahead is looked for, m.
@@ -80,6 +80,8 @@ pub struct TrackingTerms<R> {
     pub com_velocity: R,
     /// Squared horizontal distance of the root, m^2.
     pub place: R,
+    /// Mean squared angle of the feet's joints, rad^2.
+    pub feet: R,
 }
 
 /// Reference, phase, place and targets of every lane.
@@ -225,12 +227,16 @@ impl<R: Real> Tracker<R> {
     /// Heights of the ground at `distances` (m) ahead of the root on the reference's way, m against what carries each lane.
     pub fn profile(&self, sim: &Simulator<R>, terrain: &impl Terrain<R>, distances: &[f64], heights: &mut [R]) {
         let from = sim.state.root_position + Vec3::new(R::zero(), R::splat(SCAN_FROM), R::zero());
-        let mut ahead = self.anchor_heading.to_world(self.now.travel);
-        ahead.y = R::zero();
-        terrain.scan(from, ahead, distances, heights);
+        terrain.scan(from, self.way(), distances, heights);
         for height in heights {
             *height -= self.support.height;
         }
+    }
+    /// The way that the reference goes over the ground, world axes. Unlike the root's, it does not sway with every step.
+    pub fn way(&self) -> Vec3<R> {
+        let mut ahead = self.anchor_heading.to_world(self.now.travel);
+        ahead.y = R::zero();
+        ahead
     }
     /// Sets the servo gains that the options ask for, in every lane.
     pub fn set_gains(&self, sim: &mut Simulator<R>) {
@@ -584,6 +590,7 @@ impl<R: Real> Tracker<R> {
     pub fn advance(&mut self, sim: &Simulator<R>) {
         core::mem::swap(&mut self.now, &mut self.next);
         let motion = self.motion.clone();
+        let gravity = sim.settings().gravity.length().max(LEAST_GRAVITY);
         for lane in 0..R::LANES {
             if !motion.levels().is_empty() {
                 let gone = self.anchor_place.lane(lane) + self.gone(lane);
@@ -598,7 +605,7 @@ impl<R: Real> Tracker<R> {
                 let (phase, pace) = motion.after(phase, self.paces[lane], wanted, most);
                 self.paces[lane] = pace;
                 // What is turned at v with omega is drawn outwards by v omega: tan(angle) = v omega / g.
-                let lean = (-0.5 * self.paces[lane] * turning / GRAVITY).clamp(-MOST_LEAN, MOST_LEAN);
+                let lean = (-0.5 * self.paces[lane] * turning / gravity).clamp(-MOST_LEAN, MOST_LEAN);
                 let (old, part) = (self.lean.lane(lane), 1.0 / (LEAN_TIME * motion.tick_rate()).max(1.0));
                 self.lean.set_lane(lane, old + (lean - old) * part);
                 self.stride(lane, phase);
@@ -648,15 +655,16 @@ impl<R: Real> Tracker<R> {
         self.anchor_place += away * part;
     }
 
-    /// How far the lanes are from their references.
-    pub fn terms(&self, sim: &mut Simulator<R>, weights: &[f64]) -> TrackingTerms<R> {
+    /// How far the lanes are from their references. `weights` are those of the joints, `feet` the joints that are feet.
+    pub fn terms(&self, sim: &mut Simulator<R>, weights: &[f64], feet: &[usize]) -> TrackingTerms<R> {
         let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
         let com = sim.center_of_mass();
         let (mut pose, mut velocity, mut sum) = (R::zero(), R::zero(), 0.0);
+        let off = |joint: Quat<R>, wanted: Quat<R>| (joint.conjugate() * wanted).to_rotation_vector();
         let wanted = self.now.joints.iter().zip(&self.now.joint_velocities);
         for (((wanted, speed), joint), weight) in wanted.zip(&sim.state.joints).zip(weights).skip(1) {
             let part = R::splat(*weight);
-            let error = (joint.rotation.conjugate() * *wanted).to_rotation_vector();
+            let error = off(joint.rotation, *wanted);
             pose = error.length_squared().mul_add(part, pose);
             velocity = (joint.velocity - *speed).length_squared().mul_add(part, velocity);
             sum += weight;
@@ -668,6 +676,9 @@ impl<R: Real> Tracker<R> {
             let place = self.anchor_heading.to_world(self.leaned(*place, &self.now));
             ends += (links[link].origin - place).length_squared();
         }
+        let part = R::splat(1.0 / feet.len().max(1) as f64);
+        let foot = |k: &usize| off(sim.state.joints[*k].rotation, self.now.joints[*k]).length_squared() * part;
+        let feet = feet.iter().fold(R::zero(), |sum, k| sum + foot(k));
         // Cosine of the lean.
         let lean = self.lean * self.lean;
         let upright = (R::one() - lean) * (R::one() + lean).recip();
@@ -684,6 +695,7 @@ impl<R: Real> Tracker<R> {
             height: com.y - (self.now.com_height * upright + self.anchor_place.y),
             com_velocity: (com_velocity - self.wanted_velocity()).length_squared(),
             place: away.length_squared(),
+            feet,
         }
     }
 }

@@ -41,6 +41,8 @@ impl DirectorInput {
 pub struct BodyView<'a> {
     /// The body.
     pub simulator: &'a mut Simulator<f64>,
+    /// The way that its reference goes over the ground, world axes; unlike the body's own it does not sway with every step.
+    pub way: DVec3,
     /// Index of its skill in the graph.
     pub skill: usize,
     /// Tick of the skill's motion at which the next decision is made.

@@ -19,8 +19,17 @@ const LEAST_CHANCE: f64 = 0.5;
 /// An obstacle that nothing clears is stopped at with this deceleration (m/s^2), this far before it (m).
 const STOP: (f64, f64) = (0.7, 2.0);
 
+/// Nearer to what it clears it does not turn any more, m.
+const STRAIGHT: f64 = 4.0;
 /// How far an obstacle may be from where a skill without a parameter `distance` has it, m.
 const CLOSE: f64 = 0.05;
+/// How far out of its room a skill may still begin where after another step it would be farther out, m.
+const REACH: f64 = 0.15;
+
+/// How far out of a range.
+fn beside(x: f64, (low, high): (f64, f64)) -> f64 {
+    (low - x).max(x - high).max(0.0)
+}
 
 /// How far a motion has gone ahead at a tick, m.
 fn way_to(skill: &TrainedSkill, tick: usize) -> f64 {
@@ -122,12 +131,12 @@ impl Course {
         }
         let run = &graph.skills()[0].skill;
         // On the way it goes where it is told; before an obstacle, straight on.
-        let mut choice = Single.next(body, graph, input);
-        let wished = choice.speed.unwrap_or(run.motion.mean_speed());
+        let wished = input.speed.unwrap_or(run.motion.mean_speed());
         let Some(obstacle) = Obstacle::ahead(&self.distances, &self.heights) else {
             (self.view, self.speed) = (None, None);
-            return choice;
+            return Single.next(body, graph, input);
         };
+        let mut enter = None;
         // Steps are planned where one ends: there a skill can begin, too.
         let ends = (1..graph.skills().len()).any(|k| matches!(graph.entry(0, body.tick, k), Entry::Now { .. }));
         if self.speed.is_none() || self.view.is_none() || ends {
@@ -140,15 +149,15 @@ impl Course {
             self.view = Some(CourseView { obstacle, plan: planned.map(|(skill, _)| skill) });
             self.speed = planned.ok().map(|(_, speed)| speed);
             if let (Ok((skill, _)), true) = (planned, ends) {
-                choice.enter = self.enter(body, graph, skill, &obstacle);
+                enter = self.enter(body, graph, skill, &obstacle);
             }
         }
         // Before what cannot be cleared it stands still.
         let stops = || (2.0 * STOP.0 * (obstacle.distance - STOP.1).max(0.0)).sqrt();
         let speed = self.speed.unwrap_or_else(|| wished.min(stops()));
-        choice.speed = Some(speed);
-        choice.turn = if self.speed.is_some() { 0.0 } else { Single.turn(body, graph, input, speed) };
-        choice
+        let straight = self.speed.is_some() && obstacle.distance < STRAIGHT;
+        let turn = if straight { 0.0 } else { Single.turn(body, graph, input, speed) };
+        Choice { enter, speed: Some(speed), turn }
     }
 
     /// The skill for an obstacle, by its index in the graph, and the speed of the coming step, m/s.
@@ -170,12 +179,14 @@ impl Course {
     /// Where a skill, or its image, can begin now with the obstacle where it is.
     fn enter(
         &mut self,
-        body: &BodyView,
+        body: &mut BodyView,
         graph: &SkillGraph,
         skill: usize,
         obstacle: &Obstacle,
     ) -> Option<(usize, usize)> {
         let policy = graph.skills()[skill].skill.policy.address();
+        let velocity = body.velocity();
+        let step = self.law.unwrap_or(StepLaw::PUBLISHED).length(velocity.x.hypot(velocity.z));
         let same = |k: &usize| graph.skills()[*k].skill.policy.address() == policy;
         for k in (1..graph.skills().len()).filter(same) {
             let Entry::Now { tick } = graph.entry(0, body.tick, k) else { continue };
@@ -185,9 +196,11 @@ impl Course {
             let range = |name: &str| wanted.definition.parameters.iter().find(|p| p.name == name).map(|p| p.range);
             let clears = wanted.definition.clears.as_ref()?;
             let (near, far) = range("distance").unwrap_or((clears.take_off - CLOSE, clears.take_off + CLOSE));
-            if !(near..=far).contains(&distance) {
+            let (now, then) = (beside(distance, (near, far)), beside(distance - step, (near, far)));
+            if now > 0.0 && (now > REACH || now >= then) {
                 continue;
             }
+            let distance = distance.clamp(near, far);
             self.parameters.clear();
             for (name, value) in [("height", obstacle.height.abs()), ("distance", distance), ("depth", obstacle.depth)]
             {

@@ -207,7 +207,7 @@ impl Director {
         // A tick whose decision has been made is over as far as choices go.
         let tick = self.player.tick() + usize::from(!self.player.at_decision());
         let finished = self.player.is_finished();
-        BodyView { simulator, skill: self.now, tick, finished, decisions: self.decisions }
+        BodyView { simulator, way: self.player.way(), skill: self.now, tick, finished, decisions: self.decisions }
     }
 
     /// Puts the body at the start of the first skill.

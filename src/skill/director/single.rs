@@ -31,7 +31,7 @@ const FACES: f64 = 0.2;
 /// The turn towards a direction (world, its level part counts), rad/s; zero for none.
 fn towards(body: &BodyView, direction: DVec3, slow: bool) -> f64 {
     let level = |v: DVec3| DVec3::new(v.x, 0.0, v.z).normalize_or_zero();
-    let faces = level(body.simulator.state.root_rotation.lane(0) * DVec3::NEG_Z);
+    let faces = level(body.way);
     let wanted = level(direction);
     let (sine, cosine) = (faces.cross(wanted).y, faces.dot(wanted));
     if slow && cosine > 0.0 && sine.abs() < FACES {
