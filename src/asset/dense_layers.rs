@@ -83,6 +83,16 @@ impl DenseLayers {
         self.sizes.last().copied().unwrap_or(0)
     }
 
+    /// The same network with `more` outputs behind those it has, which are always zero.
+    pub fn with_idle_outputs(mut self, more: usize) -> Self {
+        if let (Some(last), [.., inputs, outputs]) = (self.layers.last_mut(), &mut self.sizes[..]) {
+            *outputs += more;
+            last.weights.resize(last.weights.len() + *inputs * more, 0.0);
+            last.bias.resize(last.bias.len() + more, 0.0);
+        }
+        self
+    }
+
     /// Checks that every layer fits its widths and holds finite numbers only.
     pub fn check(&self) -> Result<(), LayersError> {
         if self.layers.is_empty() || self.sizes.len() != self.layers.len() + 1 {

@@ -1,5 +1,6 @@
 //! The description of a skill: which motion is followed, how, and what a trial looks like. `*.skill.ron`.
 
+mod reward;
 mod text;
 mod trial;
 
@@ -12,6 +13,7 @@ use crate::skill::planner::Clearance;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
+pub use reward::{RewardScales, TerminationLimits};
 pub use trial::{PELVIS, TrialOptions, TrialRow};
 
 /// An interval from which numbers are drawn evenly.
@@ -191,6 +193,8 @@ pub struct EpisodeOptions {
     /// Part of the trials in training that begin in the pose in which another skill (see [`SkillDefinition::after`]) is
     /// left for this one, 0 to 1.
     pub after_share: f64,
+    /// They begin as that skill's policy (`policy.onnx` beside its file) leaves it, instead of in the pose of its motion.
+    pub after_policy: bool,
     /// Part of the other trials in training that begin at the start of a motion that ends, 0 to 1.
     pub begin_share: f64,
 }
@@ -209,6 +213,7 @@ impl Default for EpisodeOptions {
             steer: None,
             start: None,
             after_share: 0.25,
+            after_policy: false,
             begin_share: 0.4,
         }
     }
@@ -242,83 +247,6 @@ pub struct PushOptions {
     /// Pushes only in the air, one in each flight.
     #[serde(default)]
     pub airborne: bool,
-}
-
-/// Weights of the reward's terms, and how fast each falls with its error: `weight * exp(-sharpness * error)`. The weights
-/// add up to one at a perfect imitation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RewardScales {
-    /// Mean squared joint angle, 1/rad^2.
-    pub pose: (f64, f64),
-    /// Mean squared joint velocity, s^2/rad^2.
-    pub velocity: (f64, f64),
-    /// Mean squared distance of the end links, 1/m^2.
-    pub ends: (f64, f64),
-    /// Squared angle of the root, 1/rad^2.
-    pub root: (f64, f64),
-    /// Squared height of the centre of mass, 1/m^2.
-    pub height: (f64, f64),
-    /// Squared velocity of the centre of mass, s^2/m^2.
-    pub com_velocity: (f64, f64),
-    /// Squared distance of the root, 1/m^2.
-    pub place: (f64, f64),
-    /// Taken off: mean square of the action.
-    pub effort: f64,
-}
-
-impl Default for RewardScales {
-    fn default() -> Self {
-        Self {
-            pose: (0.30, 10.0),
-            velocity: (0.05, 0.3),
-            ends: (0.15, 60.0),
-            root: (0.15, 6.0),
-            height: (0.10, 80.0),
-            com_velocity: (0.15, 4.0),
-            place: (0.10, 8.0),
-            effort: 0.01,
-        }
-    }
-}
-
-/// When a trial in training ends early.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TerminationLimits {
-    /// Height of the centre of mass against the reference's, m.
-    pub height: f64,
-    /// Angle of the root, rad.
-    pub root: f64,
-    /// Root mean square joint angle, rad.
-    pub pose: f64,
-    /// Distance of the root, m.
-    pub place: f64,
-    /// Nothing but blades (and feet) may touch the ground.
-    pub touch: bool,
-    /// A blade that the motion has in the air may not touch the ice, from [`SETTLE`](super::SETTLE) on.
-    pub free_foot: bool,
-    /// A blade that the motion has on the ice for good may not be without contact at two decisions in a row, from
-    /// [`SETTLE`](super::SETTLE) on.
-    pub standing_foot: bool,
-    /// Angle by which a character that drags its reference along may have turned its reference round since the trial began, rad; `None` is no
-    /// limit. Without one, a character that never turns is followed by a reference that never does either.
-    pub turn: Option<f64>,
-}
-
-impl Default for TerminationLimits {
-    fn default() -> Self {
-        Self {
-            height: 0.25,
-            root: 1.0,
-            pose: 0.7,
-            place: 1.5,
-            touch: true,
-            free_foot: false,
-            standing_foot: false,
-            turn: None,
-        }
-    }
 }
 
 /// Why a skill file was refused.
@@ -419,7 +347,7 @@ impl SkillDefinition {
     /// cycle to cycle.
     pub fn repeat(&mut self, straight: bool) {
         (self.cyclic, self.straight, self.max_reference_drift) = (true, straight, Some(0.3));
-        (self.episode.seconds, self.trial.seconds) = (10.0, 20.0);
+        (self.episode.seconds, self.trial.seconds) = (20.0, 20.0);
     }
 
     /// Reads a file; the paths of motion and course, and of a character file beside it, are made relative to the working folder.

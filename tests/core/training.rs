@@ -5,7 +5,10 @@
 
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::dense_layers::DenseLayers;
+use bevy_athlete::asset::policy_contract::GainAction;
+use bevy_athlete::cli::load_task;
 use bevy_athlete::control::Policy;
+use bevy_athlete::control::terms::ObservationTerm;
 use bevy_athlete::control::tracking::{Heading, ObservationLayout, TrackedMotion, Tracker, TrackerOptions};
 use bevy_athlete::math::{F32x8, F32x8Fused, Real, Vec3};
 use bevy_athlete::model::{KeyPoses, preset};
@@ -15,9 +18,9 @@ use bevy_athlete::skill::{
 };
 use bevy_athlete::train::ppo::{
     Actor, Environment, EpisodeStatus, SkillTask, StartSampler, TrainOptions, Trained, Trainer, evaluate,
-    trained_policy,
+    follow_policy, trained_policy,
 };
-use bevy_athlete::train::{layers_from_bytes, policy_bytes};
+use bevy_athlete::train::{layers_from_bytes, load_layers, policy_bytes};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -153,6 +156,53 @@ fn a_training_may_begin_with_a_policy() {
     other.observation[0].size -= 1;
     let error = Trainer::from_policy(task(), options(2), &layers, &other).map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("observation"), "{error}");
+}
+
+#[test]
+fn a_policy_without_gains_may_begin_one_that_sets_them() {
+    let (layers, contract) = trained_policy(&task(), &trained(2, 4).present(), "stroking.clip.ron");
+    let model = preset("skater").unwrap();
+    let clip = KeyPoses::from_ron(POSES, "stroking").unwrap().to_clip(&model).unwrap();
+    let mut skill = task().skill.clone();
+    let links = model.links[1..3].iter().map(|link| link.name.clone()).collect();
+    skill.gain_action = Some(GainAction { links, factor: 3.0 });
+    let wider = SkillTask::new(&skill, model, &clip).unwrap();
+    let trainer = Trainer::from_policy(wider, options(2), &layers, &contract).unwrap();
+    let actor = DenseLayers::from(&trainer.present().actor);
+    let (inputs, outputs) = (actor.sizes[actor.sizes.len() - 2], layers.outputs());
+    assert_eq!(actor.outputs(), outputs + 2);
+    let (last, before) = (actor.layers.last().unwrap(), layers.layers.last().unwrap());
+    assert_eq!(last.weights[..outputs * inputs], before.weights[..], "what it did before it still does");
+    assert!(last.weights[outputs * inputs..].iter().chain(&last.bias[outputs..]).all(|w| *w == 0.0));
+}
+
+#[test]
+fn trials_begin_as_the_policy_before_leaves_its_motion() {
+    let skill = SkillDefinition::load("assets/skills/skating/forward_three_turn/forward_three_turn.skill.ron").unwrap();
+    let mut task = load_task(&skill, None).unwrap();
+    let file = skill.after.first().unwrap();
+    let mut other = SkillDefinition::load(file).unwrap();
+    other.after.clear();
+    let other = load_task(&other, None).unwrap();
+    let (layers, contract) = load_layers(file.with_file_name("policy.onnx")).unwrap();
+    let found = follow_policy(&mut task, 0, &other, &layers, &contract).unwrap();
+    let before = &task.before[0];
+    assert!(found == before.bodies.len() && found >= 100, "{found} bodies");
+    let left = before.motion.tick(before.transition.leave);
+    let height = left.pose.root_position.y - left.support;
+    for body in before.bodies.iter() {
+        assert!((body.height - height).abs() < 0.1, "{} against {height} in the motion", body.height);
+        assert!(body.linear.z < 0.0, "it goes ahead: {}", body.linear);
+    }
+    let spread =
+        before.bodies.iter().map(|b| b.linear.z).fold((0.0, f64::MIN), |s: (f64, f64), z| (s.0.min(z), s.1.max(z)));
+    assert!(spread.1 - spread.0 > 0.1, "at different speeds: {spread:?}");
+
+    let mut narrow = other;
+    narrow.skill.observe.push(ObservationTerm::FootForces);
+    narrow.layout = Arc::new(narrow.skill.layout(&narrow.model));
+    let error = follow_policy(&mut task, 0, &narrow, &layers, &contract).unwrap_err().to_string();
+    assert!(error.contains("observation"), "{error}");
 }
 
 #[test]
@@ -386,7 +436,7 @@ fn a_lane_put_onto_its_reference_is_there() {
     for lane in 0..F32x8Fused::LANES {
         tracker.begin(&mut sim, lane, 5 * lane, task.motion.mean_speed());
     }
-    let terms = tracker.terms(&mut sim, &task.weights);
+    let terms = tracker.terms(&mut sim, &task.weights, &task.feet);
     for lane in 0..F32x8Fused::LANES {
         let all = [terms.pose, terms.velocity, terms.ends, terms.root, terms.spin, terms.com_velocity, terms.place];
         let worst = all.iter().map(|t| t.lane(lane)).fold(0.0, f64::max);
@@ -405,7 +455,7 @@ fn a_lane_put_onto_its_reference_is_there() {
     sim.state.root_position += Vec3::splat(glam::DVec3::new(3.0, 0.0, 0.0));
     sim.state_changed();
     tracker.advance(&sim);
-    let away = tracker.terms(&mut sim, &task.weights).place.lane(0).sqrt();
+    let away = tracker.terms(&mut sim, &task.weights, &task.feet).place.lane(0).sqrt();
     assert!((away - 0.5).abs() < 1e-3, "{away}");
 }
 

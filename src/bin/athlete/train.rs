@@ -7,13 +7,14 @@ use crate::output::{Outcome, bar, say};
 use crate::run_folder::RunFolder;
 use crate::train_affine::{self, Goal};
 use bevy_athlete::asset::read_file::read_text;
-use bevy_athlete::cli::{ArgumentError, find_skill, load_task_with, threads, within, write_whole};
+use bevy_athlete::cli::{ArgumentError, POLICY_FILE, find_skill, load_task_with, threads, within, write_whole};
 use bevy_athlete::control::tracking::TARGET_SUBSTEPS;
 use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
-    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card_until, trained_policy,
+    Iteration, SkillTask, TrainError, TrainOptions, Trainer, curve_csv, follow_policy, robustness_card_until,
+    trained_policy,
 };
 use bevy_athlete::train::{AffineOptions, load_layers, save_policy};
 use clap::Args;
@@ -110,6 +111,12 @@ pub struct Train {
     /// Kullback-Leibler divergence at which an iteration's update stops [default: 0.06]
     #[arg(long, alias = "divergence")]
     kl: Option<f32>,
+    /// Decisions of every episode from one update to the next [default: 16]
+    #[arg(long, value_name = "NUMBER")]
+    ticks: Option<usize>,
+    /// Samples over which the exploration falls while every episode fails, and where none does [default: 4e6,1.2e6]
+    #[arg(long, value_name = "FAILING,ABLE")]
+    action_std_samples: Option<String>,
     /// Discount of a decision, 0 to 1: how far ahead the policy looks [default: 0.97]
     #[arg(long)]
     discount: Option<f32>,
@@ -137,6 +144,19 @@ fn pair(text: &str, option: &str) -> Result<(f64, f64), ArgumentError> {
         [a, b] if a.is_finite() && b.is_finite() => Ok((a, b)),
         _ => Err(ArgumentError::new(option, text, "two numbers, such as 600,49")),
     }
+}
+
+/// Lets trials begin as the policies of the skills that are followed leave their motions.
+fn follow_policies(task: &mut SkillTask) -> Result<(), Box<dyn std::error::Error>> {
+    for (k, file) in task.skill.after.clone().iter().enumerate() {
+        let mut other = SkillDefinition::load(file)?;
+        other.after.clear();
+        let other = load_task_with(&other, None, &mut motion::tell)?;
+        let (layers, contract) = load_layers(file.with_file_name(POLICY_FILE))?;
+        let found = follow_policy(task, k, &other, &layers, &contract)?;
+        say(&format!("{found} ways in which {} is left for {}", other.skill.name, task.skill.name))?;
+    }
+    Ok(())
 }
 
 impl Train {
@@ -198,12 +218,16 @@ impl Train {
         put(self.average, &mut options.average);
         put(self.env_batches, &mut options.env_batches);
         put(self.kl, &mut options.kl);
+        put(self.ticks, &mut options.ticks);
         put(self.discount, &mut options.gamma);
         put(self.uniform_share, &mut options.uniform_share);
         put(self.replay_share, &mut options.replay_share);
         if let Some(text) = &self.action_std {
             let (first, last) = pair(text, "--action-std")?;
             options.action_std = (first as f32, last as f32);
+        }
+        if let Some(text) = &self.action_std_samples {
+            (options.action_std_samples, options.action_std_able_samples) = pair(text, "--action-std-samples")?;
         }
         Ok(())
     }
@@ -242,6 +266,7 @@ impl Train {
         let (option, typed) = match option {
             "gamma" | "gamma, lambda" => ("discount", self.discount.map(|g| g.to_string())),
             "action_std" => (option, self.action_std.clone()),
+            "action_std_samples" | "action_std_able_samples" => ("action_std_samples", self.action_std_samples.clone()),
             "hidden" => (option, self.hidden.clone()),
             _ => (option, None),
         };
@@ -251,7 +276,10 @@ impl Train {
     pub fn run(&self) -> Outcome {
         self.check()?;
         let skill = self.definition()?;
-        let task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
+        let mut task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
+        if skill.episode.after_policy {
+            follow_policies(&mut task)?;
+        }
         if let (Some(clip), 0..2) = (&self.clip, task.clip.poses.len()) {
             let found = task.clip.poses.len();
             return Err(format!("{}: {found} pose, so nothing to follow; valid: 2 or more", clip.display()).into());

@@ -1,16 +1,17 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
 use crate::asset::CourseInstance;
-use crate::control::tracking::{Heading, TrackedMotion, Tracker, TrackingTerms};
+use crate::control::tracking::{Heading, Tracker, TrackingTerms};
 use crate::control::tracking_error;
 use crate::math::{RandomStream, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::{ExternalForce, Simulator, step};
 use crate::skill::disturb::{Disturbance, ball};
-use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall, Transition};
+use crate::skill::{PerformanceRecorder, PerformanceSample, Range, SETTLE, Shortfall};
+use crate::train::ppo::handover::HandOver;
 use crate::train::ppo::lane_courses::LaneCourses;
 use crate::train::ppo::sampling::StartSampler;
-use crate::train::ppo::task::{SkillTask, TARGET_SUBSTEPS};
+use crate::train::ppo::task::{Predecessor, SkillTask, TARGET_SUBSTEPS};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -230,8 +231,9 @@ impl<R: Real> Environment<R> {
         }
         let follows = !task.before.is_empty() && random.uniform() < episode.after_share;
         let tick = if follows {
-            let (other, transition) = &task.before[random.below(task.before.len())];
-            self.take_over(lane, other, *transition, start)
+            let other = &task.before[random.below(task.before.len())];
+            let body = (!other.bodies.is_empty()).then(|| &other.bodies[random.below(other.bodies.len())]);
+            self.take_over(lane, other, body, start)
         } else {
             // A motion over obstacles begins where it is in its own world.
             let over = task.course.is_some() && motion.cycle().is_none();
@@ -269,24 +271,34 @@ impl<R: Real> Environment<R> {
         self.plan_push(lane);
     }
 
-    /// Puts a lane into the pose in which another motion is left, and joins this one there; the tick that is joined.
-    fn take_over(&mut self, lane: usize, other: &TrackedMotion, transition: Transition, speed: f64) -> usize {
-        let left = other.tick(transition.leave);
-        let (pose, velocity) = (&left.pose, &left.velocity);
-        let state = &mut self.sim.state;
-        let height = DVec3::Y * (pose.root_position.y - left.support);
-        state.set_pose(lane, height, pose.root_rotation, &pose.joints);
-        let linear = velocity.root_linear + left.travel * (speed - other.mean_speed());
-        state.set_velocity(lane, linear, velocity.root_angular, &velocity.joints);
-        for impulse in &mut state.contact_impulses {
+    /// Puts a lane into a body as another skill's policy left it, or else into the pose in which its motion is left, and joins this one there;
+    /// the tick that is joined.
+    fn take_over(&mut self, lane: usize, other: &Predecessor, body: Option<&HandOver>, speed: f64) -> usize {
+        let enter = other.transition.enter;
+        // A motion over obstacles is joined where it is in its own world.
+        let over = self.task.course.is_some() && self.task.motion.cycle().is_none();
+        let place = if over { self.tracker.place_of(lane, enter) } else { DVec3::ZERO };
+        if let Some(body) = body {
+            body.put(&mut self.sim, lane, place);
+        } else {
+            let left = other.motion.tick(other.transition.leave);
+            let (pose, velocity) = (&left.pose, &left.velocity);
+            let state = &mut self.sim.state;
+            let height = DVec3::Y * (pose.root_position.y - left.support);
+            state.set_pose(lane, place + height, pose.root_rotation, &pose.joints);
+            let linear = velocity.root_linear + left.travel * (speed - other.motion.mean_speed());
+            state.set_velocity(lane, linear, velocity.root_angular, &velocity.joints);
+            for (command, joint) in self.sim.commands.iter_mut().zip(&pose.joints) {
+                command.rotation.set_lane(lane, *joint);
+            }
+        }
+        for impulse in &mut self.sim.state.contact_impulses {
             impulse.set_lane(lane, DVec3::ZERO);
         }
-        for (command, joint) in self.sim.commands.iter_mut().zip(&pose.joints) {
-            command.rotation.set_lane(lane, *joint);
-        }
         self.sim.state_changed();
-        self.tracker.join(&mut self.sim, lane, transition.enter);
-        transition.enter
+        self.tracker.set_support(lane, 0.0, DVec3::ZERO);
+        self.tracker.join(&mut self.sim, lane, enter);
+        enter
     }
 
     /// Raises or lowers a disturbed start so that its lowest contact point is as high as the reference's.
@@ -402,7 +414,7 @@ impl<R: Real> Environment<R> {
                 sample.error = Some(tracking_error(&self.sim, lane, &self.tracker.reference_pose(lane)));
             }
         }
-        let terms = self.tracker.terms(&mut self.sim, &task.weights);
+        let terms = self.tracker.terms(&mut self.sim, &task.weights, &task.feet);
         (0..R::LANES)
             .map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size]))
             .collect()
@@ -475,6 +487,7 @@ impl<R: Real> Environment<R> {
             + value(scales.height, height * height)
             + value(scales.com_velocity, terms.com_velocity.lane(lane))
             + value(scales.place, place)
+            + value(scales.feet, terms.feet.lane(lane))
             - scales.effort * effort.min(10.0);
         let strayed = height.abs() > limits.height
             || root > limits.root * limits.root

@@ -13,6 +13,8 @@ mod evaluate;
 mod experience;
 #[cfg(feature = "policy")]
 mod export;
+mod follow;
+mod handover;
 mod lane_courses;
 mod learner;
 mod normalizer;
@@ -32,10 +34,12 @@ pub(crate) use evaluate::MeanActor;
 pub use evaluate::{Actor, EvaluationReport, evaluate};
 #[cfg(feature = "policy")]
 pub use export::{course_file, trained_policy};
+pub use follow::follow_policy;
+pub use handover::HandOver;
 pub use normalizer::Normalizer;
 pub use options::TrainOptions;
 pub use quality::{JointLoad, MotionQuality, motion_quality};
 pub(crate) use rollout::Lanes;
 pub use sampling::StartSampler;
-pub use task::{SkillTask, TaskError};
+pub use task::{Predecessor, SkillTask, TaskError};
 pub use trainer::{Iteration, Trained, Trainer};

@@ -83,7 +83,7 @@ impl Default for TrainOptions {
             seed: 1,
             threads: crate::train::default_threads(),
             env_batches: 4,
-            ticks: 32,
+            ticks: 16,
             minibatch: 1024,
             epochs: 2,
             hidden: vec![128, 128, 128],

@@ -10,6 +10,7 @@ use crate::skill::{
     Criterion, ENTRY, EpisodeOptions, PushOptions, Range, SkillDefinition, SkillError, Transition, TrialRow,
     best_transition, fitting_rate,
 };
+use crate::train::ppo::handover::HandOver;
 use std::sync::Arc;
 
 pub(crate) use crate::control::tracking::TARGET_SUBSTEPS;
@@ -68,6 +69,17 @@ pub enum TaskError {
     },
 }
 
+/// A motion that another may follow, and how it is left.
+#[derive(Clone, Debug)]
+pub struct Predecessor {
+    /// The motion.
+    pub motion: Arc<TrackedMotion>,
+    /// Where it is left, and where the other one is entered.
+    pub transition: Transition,
+    /// Bodies as its policy leaves it; none for its own pose.
+    pub bodies: Arc<[HandOver]>,
+}
+
 /// A skill made ready for trials.
 #[derive(Clone, Debug)]
 pub struct SkillTask {
@@ -93,6 +105,8 @@ pub struct SkillTask {
     pub settings: SimulationSettings,
     /// How much each joint counts in a pose: by the mass it carries.
     pub weights: Vec<f64>,
+    /// Joints of the feet, where the reward asks for them.
+    pub feet: Vec<usize>,
     /// Contact points that must not touch anything.
     pub forbidden: Vec<usize>,
     /// Link that is pushed.
@@ -104,7 +118,7 @@ pub struct SkillTask {
     /// For each tick, whether they are on the ground, and have been for a while and will be.
     pub standing_feet: Arc<[[bool; 2]]>,
     /// Motions that this one may follow, and where.
-    pub before: Vec<(Arc<TrackedMotion>, Transition)>,
+    pub before: Vec<Predecessor>,
     /// Trials end and count as the skill's `trial` says, not as in training.
     pub judged: bool,
     /// What each of the skill's parameters is drawn from, in its unit.
@@ -129,6 +143,7 @@ impl SkillTask {
             course: None,
             friction: surface.friction,
             weights: crate::control::joint_weights(&model),
+            feet: if skill.reward.feet.0 > 0.0 { foot_joints(&model) } else { Vec::new() },
             forbidden: skill.touch.forbidden_points(&model, &motion),
             pelvis: skill.trial.pelvis_limit(&motion),
             push_link,
@@ -204,7 +219,7 @@ impl SkillTask {
     pub fn follow(&mut self, other: TrackedMotion, exit: Option<usize>) {
         let entry = (ENTRY * self.skill.control_rate).round() as usize;
         let transition = best_transition(&other, exit, &self.motion, entry);
-        self.before.push((Arc::new(other), transition));
+        self.before.push(Predecessor { motion: Arc::new(other), transition, bodies: Arc::new([]) });
     }
 
     /// Whether a simulation rate fits the control rate.
@@ -251,6 +266,7 @@ impl SkillTask {
             steer: row.steer.clone().or_else(|| episode.steer.clone().filter(|_| row.speed.is_none())),
             start,
             after_share: 0.0,
+            after_policy: false,
             begin_share: 0.0,
         };
         for (range, p) in task.drawn_from.iter_mut().zip(&self.skill.parameters) {
@@ -306,6 +322,11 @@ impl SkillTask {
 
 /// Height of a foot above which the motion has it in the air, m.
 const FREE: f64 = 0.03;
+
+/// The joints of all feet.
+fn foot_joints(model: &CharacterModel) -> Vec<usize> {
+    model.feet().iter().flat_map(|foot| foot.links.iter().copied()).collect()
+}
 
 /// Ticks after a landing and before a take-off in which a foot need not stand.
 const LANDED: usize = 6;

@@ -191,7 +191,8 @@ impl Trainer {
 
     /// Begins with a policy that was there before, of this skill or of another (see
     /// [`load_layers`](crate::train::load_layers)). Its normaliser stays; its layers replace [`TrainOptions::hidden`];
-    /// the critic learns alone for a while. It is the best policy until a better one is measured.
+    /// the critic learns alone for a while. It is the best policy until a better one is measured. One that sets no servo gains may begin a skill
+    /// whose policy does: it leaves them as they are at first.
     pub fn from_policy(
         task: SkillTask,
         mut options: TrainOptions,
@@ -200,6 +201,12 @@ impl Trainer {
     ) -> Result<Self, TrainError> {
         let differs =
             |what: &str, found: String, expected: String| Err(TrainError::Start { what: what.into(), found, expected });
+        let mut contract = contract.clone();
+        let mut layers = layers.clone();
+        if contract.action.gains.is_none() {
+            contract.action.gains.clone_from(&task.skill.gain_action);
+            layers = layers.with_idle_outputs(task.layout.gains.links.len());
+        }
         if let Err(PolicyMisfit { field, found, valid }) = contract.check_numbers(&task.skill.policy_use(&task.model)) {
             return Err(TrainError::Start { what: field, found, expected: valid });
         }
@@ -207,7 +214,7 @@ impl Trainer {
         if (layers.inputs(), layers.outputs()) != ends {
             return differs("network", format!("{:?}", layers.sizes), format!("{} to {} numbers", ends.0, ends.1));
         }
-        let actor = match Network::try_from(layers) {
+        let actor = match Network::try_from(&layers) {
             Ok(actor) => actor,
             Err(e) => return differs("network", e.to_string(), "layers that can be trained".into()),
         };
