@@ -17,7 +17,7 @@ use bevy_athlete::dynamics::{
 };
 use bevy_athlete::math::{Force, Motion, RandomStream, Vec3};
 use bevy_athlete::model::foot_human;
-use bevy_athlete::sim::{SimulationSettings, Simulator, step};
+use bevy_athlete::sim::{ExternalForce, SimulationSettings, Simulator, step};
 use glam::{DQuat, DVec2, DVec3};
 
 /// Eight points of two soles, on ground tilted about x by `tilt`.
@@ -262,6 +262,65 @@ fn a_state_goes_on_with_the_same_bits() {
     }
     assert_eq!(sim.state.fingerprint(0), twin.state.fingerprint(0));
     assert!(other.read_state(&mut StateReader::new(&bytes[..bytes.len() - 1])).is_err());
+}
+
+#[test]
+fn a_step_catches_what_standing_does_not() {
+    let model = foot_human();
+    for toward in [DVec3::Z, DVec3::NEG_Z] {
+        let standing = Episode::standing(Disturbance::Push { force: 90.0, toward }, 6.0);
+        let settings = BalanceSettings { steps: 3, ..standing.settings };
+        let held = |episode: &Episode| {
+            (0..4).filter(|number| run_episode(&model, episode, *number, 0.0).unwrap().held()).count()
+        };
+        assert_eq!(held(&standing), 0, "{toward}");
+        assert!(held(&Episode { settings, ..standing }) >= 3, "{toward}");
+    }
+}
+
+#[test]
+fn a_state_in_the_middle_of_a_step_goes_on_with_the_same_bits() {
+    let model = foot_human();
+    let world = World::ground();
+    let mut sim = Simulator::<f64>::new(model.clone(), SimulationSettings::of(&model));
+    let mut balance = Balance::new(&model, BalanceSettings::default()).unwrap();
+    balance.begin(&mut sim, &world);
+    let link = model.trunk();
+    let push = ExternalForce {
+        link,
+        position: Vec3::<f64>::splat(model.links[link].com),
+        force: Vec3::<f64>::splat(DVec3::Z * 90.0),
+    };
+    let mut since = 0;
+    for k in 0.. {
+        assert!(k < 8000, "no step was taken");
+        sim.external.clear();
+        if (1800..2500).contains(&k) {
+            sim.external.push(push);
+        }
+        balance.tick(&mut sim, &world);
+        step(&mut sim, &world);
+        since += usize::from(balance.steps_taken() > 0);
+        if since == 40 {
+            break;
+        }
+    }
+    let mut out = StateWriter::default();
+    balance.write_state(&mut out);
+    let bytes = out.finish();
+    let mut other = Balance::new(&model, BalanceSettings::default()).unwrap();
+    let mut from = StateReader::new(&bytes);
+    other.read_state(&mut from).unwrap();
+    from.end().unwrap();
+    let mut twin = sim.clone();
+    for _ in 0..600 {
+        balance.tick(&mut sim, &world);
+        step(&mut sim, &world);
+        other.tick(&mut twin, &world);
+        step(&mut twin, &world);
+    }
+    assert_eq!(sim.state.fingerprint(0), twin.state.fingerprint(0));
+    assert_eq!(balance.steps_taken(), other.steps_taken());
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::interrupt;
 use crate::output::{Outcome, bar, complain, say, say_json};
 use bevy_athlete::cli::feet::{Disturbance, Episode, StancePose, run_episode};
 use bevy_athlete::cli::{ArgumentError, check_output, load_character, within};
+use bevy_athlete::control::balance::BalanceSettings;
 use bevy_athlete::control::foot::BasicPose;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
@@ -16,7 +17,7 @@ use std::process::ExitCode;
 /// Starts at rest with noise in every joint, takes the pose after 2 s, holds it, and returns to rest for the last 3 s.
 #[derive(Debug, Args)]
 pub struct Balance {
-    /// rest, tiptoe, inside_tilt, outside_tilt, left_leg or right_leg
+    /// rest, tiptoe, inside_tilt, outside_tilt, left_leg, right_leg, left_circling or right_circling
     pose: String,
     /// Name of a preset (foot_human, two_segment_human) or path of a .character.ron file
     #[arg(long, default_value = "foot_human")]
@@ -48,6 +49,9 @@ pub struct Balance {
     /// Decisions per second, 10 to 2000
     #[arg(long)]
     rate: Option<f64>,
+    /// Steps that may be taken to catch a fall
+    #[arg(long, default_value_t = 0)]
+    steps: u32,
     /// Where to write a storyboard of the first episode (PNG)
     #[arg(long)]
     storyboard: Option<PathBuf>,
@@ -72,11 +76,18 @@ impl Balance {
         let stance = match self.pose.as_str() {
             "left_leg" => StancePose::OneLeg(0),
             "right_leg" => StancePose::OneLeg(1),
+            "left_circling" => StancePose::Circling(0),
+            "right_circling" => StancePose::Circling(1),
             name => StancePose::Basic(BasicPose::named(name).ok_or_else(|| {
-                ArgumentError::new("POSE", name, "rest, tiptoe, inside_tilt, outside_tilt, left_leg or right_leg")
+                ArgumentError::new(
+                    "POSE",
+                    name,
+                    "rest, tiptoe, inside_tilt, outside_tilt, left_leg, right_leg, left_circling or right_circling",
+                )
             })?),
         };
-        let settings = balance_settings(&self.method, self.rate)?;
+        within("--steps", self.steps, 0..=1000, "")?;
+        let settings = BalanceSettings { steps: self.steps, ..balance_settings(&self.method, self.rate)? };
         let (sin, cos) = self.direction.to_radians().sin_cos();
         let push = Disturbance::Push { force: self.push, toward: DVec3::new(sin, 0.0, cos) };
         let model = load_character(&self.character)?;

@@ -46,7 +46,7 @@ pub fn balance_settings(method: &str, rate: Option<f64>) -> Result<BalanceSettin
         "pressure" => BalanceMethod::Pressure,
         other => return Err(ArgumentError::new("--method", other, "cones or pressure")),
     };
-    let mut settings = BalanceSettings { method, ..BalanceSettings::default() };
+    let mut settings = BalanceSettings { method, steps: 0, ..BalanceSettings::default() };
     if let Some(rate) = rate {
         settings.rate = within("--rate", rate, 10.0..=2000.0, "per second")?;
     }

@@ -12,6 +12,8 @@ use std::f64::consts::TAU;
 
 /// When the disturbance begins, s.
 const BEGIN: f64 = 2.0;
+/// How long a foot that circles takes for a quarter, s.
+const QUARTER: f64 = 0.75;
 /// How long a push lasts, s.
 const PUSH: f64 = 0.4;
 /// How long a platform's jerk lasts, s.
@@ -30,6 +32,8 @@ pub enum StancePose {
     Basic(BasicPose),
     /// One foot, by its number.
     OneLeg(usize),
+    /// Both, of which this one circles about its ankle, a quarter of the way round every 0.75 s.
+    Circling(usize),
 }
 
 /// What happens to it.
@@ -90,7 +94,7 @@ impl Episode {
     /// At rest with 0.03 rad of joint noise on ground of friction 1.
     pub fn standing(disturbance: Disturbance, seconds: f64) -> Self {
         Self {
-            settings: BalanceSettings::default(),
+            settings: BalanceSettings { steps: 0, ..BalanceSettings::default() },
             stance: StancePose::Basic(BasicPose::Rest),
             disturbance,
             seconds,
@@ -169,10 +173,19 @@ pub fn watch_episode(
             let stance = match episode.stance {
                 StancePose::Basic(pose) => balance.basic(pose)?,
                 StancePose::OneLeg(foot) => balance.one_leg(foot)?,
+                StancePose::Circling(foot) => balance.circling(foot, 0)?,
             };
             balance.assume(stance)?;
         }
-        if episode.returns && k == change(episode.seconds - 3.0) {
+        let leaves = if episode.returns { episode.seconds - 3.0 } else { f64::INFINITY };
+        if let StancePose::Circling(foot) = episode.stance
+            && k > change(BEGIN)
+            && (k - change(BEGIN)).is_multiple_of(change(QUARTER))
+            && time < leaves
+        {
+            balance.assume(balance.circling(foot, (k - change(BEGIN)) / change(QUARTER))?)?;
+        }
+        if episode.returns && k == change(leaves) {
             let rest = balance.basic(BasicPose::Rest)?;
             balance.assume(rest)?;
         }

@@ -12,11 +12,12 @@ use serde::Serialize;
 const GRAVITY: f64 = 9.81;
 /// How long an episode with a push or a jerk lasts, s: 4 s from its beginning.
 const SHORT: f64 = 6.0;
+/// Steps that the rows with steps may take.
+const STEPS: u32 = 3;
 /// How long a push lasts, s.
 const PUSH: f64 = 0.4;
 
 /// What rows lack.
-const NO_STEP: &str = "the balance takes no step";
 const NO_WALK: &str = "no walk is compared yet";
 
 /// A row before it is measured.
@@ -34,8 +35,10 @@ pub struct Experiment {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
-    /// Largest force held, towards this direction.
+    /// Largest force held without a step, towards this direction.
     Push(DVec3),
+    /// The same with at most so many steps.
+    Steps(DVec3),
     /// Largest way of the platform held.
     Jerk(DVec3),
     /// Smallest ball stood on.
@@ -87,9 +90,9 @@ pub fn experiments() -> Vec<Experiment> {
         row("sway_sideways", "degrees", none, Kind::Sway(DVec3::Z)),
         row("trunk_rate_fore_aft", "rad/s", none, Kind::Wobble(DVec3::X)),
         row("trunk_rate_sideways", "rad/s", none, Kind::Wobble(DVec3::Z)),
-        row("steps_front", "N", none, Kind::Missing(NO_STEP)),
-        row("steps_back", "N", none, Kind::Missing(NO_STEP)),
-        row("steps_side", "N", none, Kind::Missing(NO_STEP)),
+        row("steps_front", "N", none, Kind::Steps(DVec3::Z)),
+        row("steps_back", "N", none, Kind::Steps(DVec3::NEG_Z)),
+        row("steps_side", "N", none, Kind::Steps(DVec3::X)),
         row("walk_rough", "m", (Some(0.03), None), Kind::Missing(NO_WALK)),
         row("walk_push_right", "N", (Some(80.0), None), Kind::Missing(NO_WALK)),
     ]
@@ -109,6 +112,10 @@ pub fn measure_row(
         *figure = match row.kind {
             Kind::Push(toward) => largest_held(&model, options, (10.0, 170.0, 2.5), |force| {
                 standing(Disturbance::Push { force, toward }, SHORT)
+            })?,
+            Kind::Steps(toward) => largest_held(&model, options, (10.0, 250.0, 2.5), |force| Episode {
+                settings: BalanceSettings { steps: STEPS, ..settings },
+                ..Episode::standing(Disturbance::Push { force, toward }, SHORT)
             })?,
             Kind::Jerk(toward) => largest_held(&model, options, (0.01, 0.33, 0.01), |way| {
                 standing(Disturbance::Jerk { way, toward }, SHORT)

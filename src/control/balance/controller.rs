@@ -1,5 +1,6 @@
 //! The balance controller: decisions, held in between, and torques at every step.
 
+mod capture;
 mod decision;
 mod state;
 mod system;
@@ -101,6 +102,7 @@ pub struct Balance {
     /// Height of the centre of mass over the middle of the support in the posture, m.
     height: f64,
     guide: (DVec3, DVec3),
+    capture: capture::Capture,
     steps_left: u32,
     held_steps: u32,
     /// Where the root was at the last decision: what the places of the forces count from, world frame, m.
@@ -151,6 +153,7 @@ impl Balance {
             heading: DQuat::IDENTITY,
             height: 0.0,
             guide: (DVec3::ZERO, DVec3::ZERO),
+            capture: capture::Capture::default(),
             steps_left: 0,
             held_steps: 1,
             decided_at: DVec3::ZERO,
@@ -198,6 +201,12 @@ impl Balance {
         Ok(Stance::one_leg(&self.model, &feet, standing, self.settings.knee)?)
     }
 
+    /// A stance of one foot that circles about its ankle, see [`Stance::circling`].
+    pub fn circling(&self, foot: usize, quarter: usize) -> Result<Stance, BalanceError> {
+        let feet: Vec<FootAnatomy> = self.feet().cloned().collect();
+        Ok(Stance::circling(&self.model, &feet, foot, self.settings.knee, quarter)?)
+    }
+
     /// Starts from where the body stands: all that stands in the zero pose is its support.
     pub fn begin(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
         self.kinematics.copy_from_slice(sim.kinematics());
@@ -209,6 +218,7 @@ impl Balance {
             *stance = AnkleStance { touch: footing.anatomy.standing(), ..AnkleStance::default() };
         }
         self.next = None;
+        self.capture = capture::Capture::default();
         self.fresh = LANDING;
         self.heading = twist(sim.state.root_rotation.lane(0), DVec3::Y);
         self.height = self.posture_height();

@@ -50,6 +50,10 @@ pub struct BalanceSettings {
     pub upward_weight: f64,
     /// What a newton metre of missing moment about the middle of the support counts for against a newton of missing force, 1/m^2.
     pub moment_weight: f64,
+    /// Steps that are taken to catch a fall, where standing no longer helps; 0 for none.
+    pub steps: u32,
+    /// Gain of a swinging foot's place, 1/s^2, critically damped.
+    pub swing: f64,
     /// Coefficient of friction that the controller counts on.
     pub friction: f64,
     /// Distance of a point from the ground below which it carries, m; the less the nearer to it.
@@ -84,6 +88,8 @@ impl Default for BalanceSettings {
             hip: 0.1,
             upward_weight: 0.003,
             moment_weight: 1.0,
+            steps: 3,
+            swing: 900.0,
             friction: 0.5,
             contact: 0.008,
             flying: 0.001,
@@ -97,8 +103,8 @@ impl Default for BalanceSettings {
 }
 
 impl BalanceSettings {
-    /// The rates and gains that Park, Yu, Lee 2018 name: decisions at 30 per second, k_s = 28, the wrench at the centre of pressure.
+    /// The rates and gains that Park, Yu, Lee 2018 name: decisions at 30 per second, k_s = 28, the wrench at the centre of pressure, no step.
     pub fn published() -> Self {
-        Self { method: BalanceMethod::Pressure, rate: 30.0, support: 28.0, ..Self::default() }
+        Self { method: BalanceMethod::Pressure, rate: 30.0, support: 28.0, steps: 0, ..Self::default() }
     }
 }

@@ -41,6 +41,28 @@ impl Stance {
         Ok(stance)
     }
 
+    /// One foot circles about its ankle (Park, Yu, Lee 2018, Section 6) while the other stands: its heel is lifted, and all its toes, the medial, all, the
+    /// lateral ones carry in turn; `quarter` counts those four.
+    pub fn circling(
+        model: &CharacterModel,
+        feet: &[FootAnatomy],
+        foot: usize,
+        knee: f64,
+        quarter: usize,
+    ) -> Result<Self, FootError> {
+        let mut stance = Self::basic(model, feet, BasicPose::Rest, knee)?;
+        let Some((anatomy, own)) = feet.get(foot).zip(stance.feet.get_mut(foot)) else { return Ok(stance) };
+        let toes = anatomy.set(BasicPose::Tiptoe)?;
+        let (medial, lateral) = (anatomy.set(BasicPose::InsideTilt)?, anatomy.set(BasicPose::OutsideTilt)?);
+        let (touch, roll) = match quarter % 4 {
+            1 => (toes.both(medial), 0.15),
+            3 => (toes.both(lateral), -0.15),
+            _ => (toes, 0.0),
+        };
+        *own = AnkleStance { touch, rise: 0.04, roll };
+        Ok(stance)
+    }
+
     /// On foot number `standing` alone, the others lifted by the hip and the knee.
     pub fn one_leg(
         model: &CharacterModel,

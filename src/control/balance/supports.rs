@@ -152,11 +152,16 @@ impl Footing {
         near.fold(SegmentSet::NONE, SegmentSet::with)
     }
 
-    /// The pose that foot pose control asks for: the ankle as high above a flat sole's as the stance has come to.
-    pub(super) fn shape(&mut self, stance: &AnkleStance) {
+    /// Height of the ankle over the ground where the whole sole stands, m.
+    pub(super) fn flat_height(&self) -> f64 {
         let ankle = &self.anatomy.segments()[0];
         let height = self.anatomy.segments().iter().find(|s| s.stands && s.parent == 0 && s.link != ankle.link);
-        let height = height.map_or(ankle.drop, |s| s.drop - s.offset.y);
+        height.map_or(ankle.drop, |s| s.drop - s.offset.y)
+    }
+
+    /// The pose that foot pose control asks for: the ankle as high above a flat sole's as the stance has come to.
+    pub(super) fn shape(&mut self, stance: &AnkleStance) {
+        let height = self.flat_height();
         let inward = if self.anatomy.side == Some(Side::Right) { -1.0 } else { 1.0 };
         let forward = self.anatomy.forward();
         let rotation = (self.flat() * rotation_by(-forward * (-inward * self.roll))).normalize();

@@ -37,6 +37,7 @@ impl Balance {
         self.fresh = (self.fresh - seconds).max(0.0);
         let whole = self.whole(sim);
         self.go_over(&whole, seconds);
+        self.step_where_due(&whole, seconds);
         for (footing, stance) in self.footings.iter_mut().zip(&self.stance.feet) {
             footing.rise += (stance.rise - footing.rise).clamp(-RISE_SPEED * seconds, RISE_SPEED * seconds);
             footing.roll += (stance.roll - footing.roll).clamp(-ROLL_SPEED * seconds, ROLL_SPEED * seconds);
@@ -66,7 +67,9 @@ impl Balance {
             wished_moment: wish.moment,
             ..BalanceProbe::default()
         };
-        wish = within_reach(wish, &whole, &hull, ground, self.settings.hip);
+        // A step is instead of the hip, not with it.
+        let hip = if self.capture.swing.is_some() { 0.0 } else { self.settings.hip };
+        wish = within_reach(wish, &whole, &hull, ground, hip);
         self.gather_points(root, terrain);
         let below = hull.middle().unwrap_or(middle);
         self.forces.build(self.settings.friction, self.settings.margin, DVec3::new(below.x, ground, -below.y) - root);
@@ -158,7 +161,7 @@ impl Balance {
     }
 
     /// The hull of those of these segments, by foot, that touch or soon will.
-    fn hull(&self, touch: impl Fn(usize) -> SegmentSet) -> Hull {
+    pub(super) fn hull(&self, touch: impl Fn(usize) -> SegmentSet) -> Hull {
         let feet = self.footings.iter().enumerate();
         let soon = if self.fresh > 0.0 { SOON } else { self.settings.contact };
         Hull::of(feet.flat_map(|(k, f)| f.touching_places(f.near(touch(k), soon))).map(|p| DVec2::new(p.x, -p.z)))

@@ -3,6 +3,7 @@
 use super::super::forces::SupportPoint;
 use super::super::stance::{AnkleStance, Stance};
 use super::Balance;
+use super::capture::Capture;
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::control::foot::SegmentSet;
 use glam::DQuat;
@@ -15,6 +16,7 @@ impl Balance {
         out.number(self.shifting);
         out.number(self.fresh);
         out.rotation(self.heading);
+        self.capture.write_state(out);
         out.number(self.height);
         out.vector(self.guide.0);
         out.vector(self.guide.1);
@@ -57,6 +59,7 @@ impl Balance {
         self.shifting = from.number("shift of the weight")?;
         self.fresh = from.number("time for the landing")?;
         self.heading = from.rotation("heading")?;
+        self.capture = Capture::read_state(from, feet)?;
         self.height = from.number("height of the centre of mass")?;
         self.guide = (from.vector("wished place")?, from.vector("wished velocity")?);
         let most = u32::MAX as usize;

@@ -1,9 +1,10 @@
 //! The linear system of a decision: posture, momentum, supports.
 
+use super::super::accelerations::Accelerations;
 use super::super::momentum::Whole;
 use super::{Balance, MOST_SUPPORTS, SIX};
 use crate::asset::turn::rotation_vector;
-use crate::dynamics::inverse_dynamics_into;
+use crate::dynamics::{LinkConstants, LinkKinematics, inverse_dynamics_into};
 use crate::math::{Motion, Vec3};
 use crate::sim::Simulator;
 use glam::{DMat3, DQuat, DVec3};
@@ -87,9 +88,10 @@ impl Balance {
             &[],
             &mut self.inverse,
         );
-        let supports: usize = self.stance.feet.iter().map(|f| f.touch.len()).sum::<usize>().min(MOST_SUPPORTS);
+        let supports: usize = self.stance.feet.iter().map(|f| f.touch.len()).sum::<usize>().min(MOST_SUPPORTS - 1);
+        let swinging = usize::from(self.capture.swing.is_some());
         let system = &mut self.system;
-        system.begin(SIX * (1 + supports));
+        system.begin(SIX * (1 + supports + swinging));
         // Momentum, as accelerations of the centre of mass and of a body that turns as one.
         let inertia = whole.inertia.to_cols_array();
         let turning = (inertia[0] + inertia[4] + inertia[8]) / 3.0;
@@ -105,11 +107,18 @@ impl Balance {
             }
         }
         // Supports: equation 7.
+        let body = Body {
+            kinematics: &self.kinematics,
+            constants: &self.constants,
+            dof_of: &self.dof_of,
+            coasting: self.inverse.accelerations(),
+            compliance: self.settings.support_compliance,
+        };
         let mut row = SIX;
         for (footing, stance) in self.footings.iter().zip(&self.stance.feet) {
             for k in stance.touch.iter().filter(|&k| k < footing.anatomy.segments().len()) {
                 if row + SIX > SIX * (1 + supports) {
-                    return;
+                    break;
                 }
                 let link = footing.anatomy.segments()[k].link;
                 let flying = footing.gaps[k] > self.settings.flying;
@@ -127,44 +136,82 @@ impl Balance {
                 let way = (anchor.place - place).clamp_length_max(furthest);
                 let linear = gain * way - damping * (velocity.linear.lane(0) - drift);
                 let angular = gain * turn - damping * (velocity.angular.lane(0) - footing.spin);
-                let coasting = self.inverse.accelerations()[link];
-                let wishes = [linear - coasting.linear.lane(0), angular - coasting.angular.lane(0)];
                 // Along the ground and out of it: a segment in the air comes down wherever it does.
-                let axes = DMat3::from_quat(anchor.rotation);
-                for k in 0..3 {
-                    system.wish[row + k] = axes.col(k).dot(wishes[0]);
-                    system.wish[row + 3 + k] = wishes[1][k];
-                    for j in 0..3 {
-                        system.set(row + k, j, axes.col(k)[j]);
-                    }
-                }
-                system.compliance[row..][..6].fill(self.settings.support_compliance);
-                if flying {
-                    (system.compliance[row], system.compliance[row + 2]) = (LOOSE, LOOSE);
-                }
-                let mut above = link;
-                loop {
-                    let own = &self.kinematics[above];
-                    let joint = match self.constants[above].hinge {
-                        Some(axis) => ([axis.lane(0), DVec3::ZERO, DVec3::ZERO], 1),
-                        None => ([DVec3::X, DVec3::Y, DVec3::Z], 3),
-                    };
-                    for (j, axis) in joint.0[..joint.1].iter().enumerate() {
-                        let axis = own.rotation.lane(0) * *axis;
-                        let moved = axis.cross(at.origin.lane(0) - own.origin.lane(0));
-                        let dof = self.dof_of[above] + j;
-                        for k in 0..3 {
-                            system.set(row + k, dof, axes.col(k).dot(moved));
-                            system.set(row + 3 + k, dof, axis[k]);
-                        }
-                    }
-                    if above == 0 {
-                        break;
-                    }
-                    above = self.constants[above].parent;
-                }
+                let level = if flying { LOOSE } else { self.settings.support_compliance };
+                let wish = LinkWish { link, linear, angular, axes: DMat3::from_quat(anchor.rotation), level };
+                body.fill(&mut self.system, row, &wish);
                 row += SIX;
             }
+        }
+        if let Some(swing) = self.capture.swing {
+            let link = self.footings[swing.foot].anatomy.ankle();
+            let at = &self.kinematics[link];
+            let velocity = at.velocity;
+            let (linear, rotation) = self.swing_wish(&swing, root + at.origin.lane(0), velocity.linear.lane(0));
+            let turn = rotation_vector(rotation * DQuat::from_mat3(&at.rotation.lane(0)).conjugate());
+            let gain = self.settings.swing;
+            let angular = gain * turn.clamp_length_max(FURTHEST_TURN) - 2.0 * gain.sqrt() * velocity.angular.lane(0);
+            let level = self.settings.support_compliance;
+            body.fill(&mut self.system, row, &LinkWish { link, linear, angular, axes: DMat3::IDENTITY, level });
+        }
+    }
+}
+
+/// How a link shall accelerate, world axes: m/s^2 along `axes`, of which the first and the third have the compliance `level`, and rad/s^2.
+struct LinkWish {
+    link: usize,
+    linear: DVec3,
+    angular: DVec3,
+    axes: DMat3,
+    level: f64,
+}
+
+/// What rows are made of.
+struct Body<'a> {
+    kinematics: &'a [LinkKinematics<f64>],
+    constants: &'a [LinkConstants<f64>],
+    dof_of: &'a [usize],
+    /// Accelerations that links have while no generalised velocity changes.
+    coasting: &'a [Motion<f64>],
+    compliance: f64,
+}
+
+impl Body<'_> {
+    /// The six rows by which a link accelerates as is wished.
+    fn fill(&self, system: &mut Accelerations, row: usize, wish: &LinkWish) {
+        let LinkWish { link, linear, angular, axes, level } = *wish;
+        let at = &self.kinematics[link];
+        let coasting = self.coasting[link];
+        let wishes = [linear - coasting.linear.lane(0), angular - coasting.angular.lane(0)];
+        for k in 0..3 {
+            system.wish[row + k] = axes.col(k).dot(wishes[0]);
+            system.wish[row + 3 + k] = wishes[1][k];
+            for j in 0..3 {
+                system.set(row + k, j, axes.col(k)[j]);
+            }
+        }
+        system.compliance[row..][..6].fill(self.compliance);
+        (system.compliance[row], system.compliance[row + 2]) = (level, level);
+        let mut above = link;
+        loop {
+            let own = &self.kinematics[above];
+            let joint = match self.constants[above].hinge {
+                Some(axis) => ([axis.lane(0), DVec3::ZERO, DVec3::ZERO], 1),
+                None => ([DVec3::X, DVec3::Y, DVec3::Z], 3),
+            };
+            for (j, axis) in joint.0[..joint.1].iter().enumerate() {
+                let axis = own.rotation.lane(0) * *axis;
+                let moved = axis.cross(at.origin.lane(0) - own.origin.lane(0));
+                let dof = self.dof_of[above] + j;
+                for k in 0..3 {
+                    system.set(row + k, dof, axes.col(k).dot(moved));
+                    system.set(row + 3 + k, dof, axis[k]);
+                }
+            }
+            if above == 0 {
+                break;
+            }
+            above = self.constants[above].parent;
         }
     }
 }
