@@ -77,7 +77,11 @@ pub enum InputError {
 
 /// What helps where no map was found.
 fn by_map(error: &ImportMotionError) -> &'static str {
-    if matches!(error, ImportMotionError::NoMap(_)) { "; give a map by --map FILE" } else { "" }
+    if matches!(error, ImportMotionError::NoMap(_)) {
+        "; give a map by --map FILE, where a command has no --map to a clip that `athlete join` makes of the file"
+    } else {
+        ""
+    }
 }
 
 impl InputError {

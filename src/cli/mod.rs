@@ -21,6 +21,7 @@
 //! | [`map_picture`] | the skeleton of a file beside the character that follows it, for a storyboard |
 //! | [`basic_poses`], [`foot_alone`], [`foot_frames`] | one foot by itself in its basic poses, for a storyboard |
 //! | [`feet`] | feet of several segments against feet of two: episodes of standing, the largest disturbance held |
+//! | [`gait`] | gait analysis of a trained walk, beside tables of people |
 //! | [`time_scene`] | microseconds per character and step |
 //! | [`character_table`] | links, masses, joints and contact points as plain data |
 
@@ -31,6 +32,7 @@ pub mod feet;
 mod find_key_poses;
 mod foot_picture;
 mod frames;
+pub mod gait;
 mod info;
 mod input;
 mod input_error;

@@ -43,6 +43,11 @@ fn every_output_is_tried_before_the_work() {
         (&["evaluate", "two_foot_glide"], "--trace", ""),
         (&["program", "short_program"], "--storyboard", ".png"),
         (&["program", "short_program"], "--trace", ""),
+        (&["course", &asset("courses/stairs.course.ron")], "--storyboard", ".png"),
+        (&["gait"], "--plot", ".png"),
+        (&["gait"], "--csv", ".csv"),
+        (&["gait"], "--sto", ".sto"),
+        (&["gait"], "--mot", ".mot"),
         (&["export", &folder.path("run")], "--out", ""),
     ];
     for (command, option, ending) in table {
@@ -90,6 +95,8 @@ fn every_input_is_a_regular_file() {
         words(&["export", &folder.path("x.onnx"), "--out", &out]),
         words(&["import-joints", &endless("x.json"), "--out", &folder.path("new.keyposes.ron")]),
         words(&["map", &folder.path("x.bvh")]),
+        words(&["gait", "--people", &endless("x.csv")]),
+        words(&["course", &folder.path("x.course.ron")]),
         words(&["show", &folder.path("x.keyposes.ron"), "--storyboard", &picture]),
         words(&["program", &endless("x.program.ron")]),
         words(&["train", &endless("x.skill.ron"), "--out", &out]),

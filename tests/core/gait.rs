@@ -2,10 +2,13 @@
 
 use bevy_athlete::asset::clip::MotionClip;
 use bevy_athlete::asset::{StateReader, StateWriter};
+use bevy_athlete::cli::gait::{GaitTask, gait_report, record_gait};
+use bevy_athlete::cli::load_trained_skill;
 use bevy_athlete::control::terms::{ObservationLayout, ObservationTerm};
 use bevy_athlete::control::tracking::{TrackedMotion, Tracker, TrackerOptions};
 use bevy_athlete::model::{CharacterModel, KeyPoses, ModelPose, SharedModel, preset};
 use bevy_athlete::sim::{SimulationSettings, Simulator};
+use bevy_athlete::skill::{Director, Disturbance};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -298,4 +301,32 @@ fn clips_are_joined_one_after_the_other() {
     let stranger = key_poses("running/run", "walk").to_clip(&other).unwrap();
     let refusal = MotionClip::joined("walk", &[cycles[0].clone(), stranger], 60.0).unwrap_err().to_string();
     assert!(refusal.contains("no joint") && refusal.contains("which the first clip has"), "{refusal}");
+}
+
+#[test]
+fn the_ground_carries_the_weight_of_a_measured_walk() {
+    let model = preset("foot_human").unwrap();
+    let skill = load_trained_skill("walk", &model).unwrap();
+    let rate = skill.definition.simulation_rate(&model);
+    let mut director = Director::single(Arc::new(skill), rate).unwrap();
+    let disturbance = Disturbance { joint: 0.02, joint_velocity: 0.1, velocity: 0.05 };
+    let task = GaitTask { speed: 1.2, settle: 4.0, seconds: 24.0, disturbance, seed: 3 };
+    let recording = record_gait(&mut director, &model, &task).unwrap();
+    // Over strides the velocity comes back to what it was: the mean force is the weight, and none of it pushes to a side.
+    let count = recording.samples.len() as f64;
+    let mean = recording.samples.iter().map(|s| s.feet[0].force + s.feet[1].force).sum::<DVec3>() / count;
+    assert!((mean.y - 1.0).abs() < 0.02 && mean.x.abs() < 0.02 && mean.z.abs() < 0.02, "{mean} body weights");
+    let report = gait_report(&recording).unwrap();
+    let half = report.vertical_force.mean[1..].iter().sum::<f64>() / 50.0;
+    assert!((half - 0.5).abs() < 0.02, "each foot carries half of it: {half}");
+    assert!(
+        (report.speed - 1.2).abs() < 0.2 && (0.5..0.75).contains(&report.stance),
+        "{} {}",
+        report.speed,
+        report.stance
+    );
+    let path = &report.pressure_path.mean;
+    assert!(path.iter().all(|p| (0.0..=1.0).contains(p)) && path[40] > path[5], "from heel to toe: {path:?}");
+    let error = record_gait(&mut director, &preset("skater").unwrap(), &task).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("stands on a blade"), "{error}");
 }

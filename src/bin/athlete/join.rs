@@ -12,8 +12,8 @@ use std::process::ExitCode;
 /// Prints from when to when each motion is in the clip, as the field `gait` of a skill file has it.
 #[derive(Debug, Args)]
 pub struct Join {
-    /// Motions (.clip.ron, .keyposes.ron, .bvh) in their order
-    #[arg(required = true, num_args = 2..)]
+    /// Motions (.clip.ron, .keyposes.ron, .bvh) in their order; one alone becomes a clip
+    #[arg(required = true, num_args = 1..)]
     files: Vec<PathBuf>,
     /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
     #[arg(long)]

@@ -8,6 +8,7 @@ mod export;
 mod export_mjcf;
 mod feet;
 mod foot_pose;
+mod gait;
 mod import_joints;
 mod info;
 mod info_policy;
@@ -71,6 +72,8 @@ enum Command {
     Balance(balance::Balance),
     /// Compare feet of five segments with feet of two: what each holds
     Feet(feet::Feet),
+    /// Measure a walk as a gait laboratory does, beside people
+    Gait(gait::Gait),
     /// Learn a policy for a skill or a motion
     Train(train::Train),
     /// Try a policy on fresh random trials
@@ -99,6 +102,7 @@ fn main() -> ExitCode {
         Command::FootPose(command) => command.run(),
         Command::Balance(command) => command.run(),
         Command::Feet(command) => command.run(),
+        Command::Gait(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Evaluate(command) => command.run(),
         Command::Export(command) => command.run(),
