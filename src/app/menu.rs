@@ -6,7 +6,7 @@ use crate::app::keys::KEYS;
 use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
 use crate::app::scenes::crowd::CrowdCount;
-use crate::app::scenes::foot_lab::{FootLab, POSES, STEEPEST};
+use crate::app::scenes::foot_lab::{FootLab, LabGround, POSES, STEEPEST};
 use crate::app::scenes::skating::{Overlays, RinkSkater};
 use crate::engine::{AthleteInput, PerformSkill};
 use crate::skill::SKATING_SKILLS;
@@ -133,16 +133,26 @@ fn lab(ui: &mut egui::Ui, lab: &mut ResMut<FootLab>) {
     if pose != lab.pose {
         lab.pose = pose;
     }
-    let mut slope = lab.slope;
-    ui.label("Slope of the floor, degrees");
-    ui.add(egui::Slider::new(&mut slope.x, -STEEPEST..=STEEPEST).text("sideways"));
-    ui.add(egui::Slider::new(&mut slope.y, -STEEPEST..=STEEPEST).text("ahead"));
-    if ui.button("Level").clicked() {
-        slope = Vec2::ZERO;
+    let mut ground = lab.ground;
+    ui.label("Ground");
+    ui.radio_value(&mut ground, LabGround::Floor, "A floor that tilts");
+    ui.radio_value(&mut ground, LabGround::Ball, "A ball each");
+    if ground != lab.ground {
+        lab.ground = ground;
     }
+    let mut slope = lab.slope;
+    ui.add_enabled_ui(ground == LabGround::Floor, |ui| {
+        ui.label("Slope of the floor, degrees");
+        ui.add(egui::Slider::new(&mut slope.x, -STEEPEST..=STEEPEST).text("sideways"));
+        ui.add(egui::Slider::new(&mut slope.y, -STEEPEST..=STEEPEST).text("ahead"));
+        if ui.button("Level").clicked() {
+            slope = Vec2::ZERO;
+        }
+    });
     if slope != lab.slope {
         lab.slope = slope;
     }
+    ui.weak("Left: feet of five segments; right: of two.");
     ui.weak("Right drag, or a finger, pulls at a limb.");
 }
 

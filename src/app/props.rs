@@ -54,6 +54,12 @@ impl Props<'_> {
         spawn_sun(commands, root, low);
     }
 
+    /// The mesh and the material of a ball, m.
+    pub fn ball(&mut self, radius: f32, color: Color) -> (Mesh3d, MeshMaterial3d<StandardMaterial>) {
+        let material = StandardMaterial { base_color: color, perceptual_roughness: 0.6, reflectance: 0.3, ..default() };
+        (Mesh3d(self.meshes.add(Sphere::new(radius))), MeshMaterial3d(self.materials.add(material)))
+    }
+
     /// The mesh and the material of a block, m.
     pub fn block(&mut self, size: Vec3, color: Color) -> (Mesh3d, MeshMaterial3d<StandardMaterial>) {
         let material =
