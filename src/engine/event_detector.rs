@@ -4,6 +4,7 @@ use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
 use crate::engine::QuarantineReason;
+use crate::engine::foot_watch::{FootChange, FootWatch};
 use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
@@ -24,6 +25,7 @@ const RISEN_ABOVE: f64 = 0.7;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum BodyEvent {
     Edge { time: f64, blade: usize, from: BladeEdge, to: BladeEdge },
+    Foot(FootChange),
     TakeOff { time: f64, velocity: DVec3 },
     Landing { time: f64, airtime: f64, velocity: DVec3, height: f64, turns: f64 },
     SkillStarted { time: f64, skill: String },
@@ -49,6 +51,7 @@ struct EdgeWatch {
 #[derive(Clone, Debug)]
 pub(super) struct EventDetector {
     edges: Vec<EdgeWatch>,
+    feet: Vec<FootWatch>,
     /// For each contact point, whether it is on the trunk or the head.
     trunk: Vec<bool>,
     /// Standing height of the centre of mass, m.
@@ -122,6 +125,7 @@ impl EventDetector {
         let is_trunk = model.trunk_links();
         Self {
             edges: vec![EdgeWatch::default(); model.blades.len()],
+            feet: FootWatch::of(model),
             trunk: model.contact_points.iter().map(|p| is_trunk[p.link]).collect(),
             height: standing_height(model),
             last_contact: None,
@@ -134,6 +138,7 @@ impl EventDetector {
     /// Forgets everything that happened.
     pub fn restart(&mut self) {
         self.edges.fill(EdgeWatch::default());
+        self.feet.iter_mut().for_each(FootWatch::restart);
         self.last_contact = None;
         self.airborne = false;
         self.fallen = false;
@@ -160,6 +165,8 @@ impl EventDetector {
                 watch.told = watch.seen;
             }
         }
+
+        out.extend(self.feet.iter_mut().filter_map(|foot| foot.observe(sim, lane, time)).map(BodyEvent::Foot));
 
         for grip in (0..sim.model().grips.len()).filter(|&grip| sim.grip_slipped(grip, lane)) {
             out.push(BodyEvent::GripSlipped { time, grip });
@@ -212,6 +219,8 @@ impl EventDetector {
             out.byte(edge_number(edge.seen));
             out.number(edge.since);
         }
+        out.count(self.feet.len());
+        self.feet.iter().for_each(|foot| foot.write_state(out));
         out.option(self.last_contact, StateWriter::number);
         out.switch(self.airborne);
         out.switch(self.fallen);
@@ -227,6 +236,8 @@ impl EventDetector {
             edge.seen = numbered_edge(from)?;
             edge.since = from.number("time of the edge")?;
         }
+        from.exactly("number of soles", self.feet.len())?;
+        self.feet.iter_mut().try_for_each(|foot| foot.read_state(from))?;
         self.last_contact = from.option("last contact", |from| from.number("last contact"))?;
         self.airborne = from.switch("whether it is in the air")?;
         self.fallen = from.switch("whether it has fallen")?;

@@ -70,7 +70,7 @@
 //! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`AthleteReady`], [`BladeEdgeChanged`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`ObstaclePlanned`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`Footstep`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`ObstaclePlanned`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod arena;
 mod arrival;
@@ -92,6 +92,8 @@ mod embedded_skills;
 mod errors;
 mod event_detector;
 mod events;
+mod foot_watch;
+mod footstep;
 mod forces;
 mod ground;
 mod history;
@@ -137,6 +139,7 @@ pub use events::{
     AthleteFell, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset, BladeEdgeChanged, ControlFinished,
     GripSlipped, Landing, ObstaclePlanned, ParameterRefused, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
+pub use footstep::{FootPhase, Footstep};
 pub use forces::{AthleteForce, AthleteForces};
 #[cfg(feature = "render")]
 pub use ghost::AthleteGhost;

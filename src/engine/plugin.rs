@@ -8,9 +8,9 @@ use crate::engine::{
     AthleteDiagnosticsPlugin, AthleteFell, AthleteForces, AthleteHistory, AthleteInput, AthleteLanes, AthleteLod,
     AthleteLodReport, AthletePlaybackPlugin, AthleteQuarantined, AthleteReady, AthleteRefused, AthleteReset,
     AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteTime, AthleteViewer,
-    AthleteWorld, BladeEdgeChanged, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ObstaclePlanned,
-    ParameterRefused, PerformSkill, PlaybackSpeed, Refused, SkillEnded, SkillRefused, SkillStarted, TakeOff, at_link,
-    controller, forces, interpolation, spawn, systems,
+    AthleteWorld, BladeEdgeChanged, ControlFinished, Footstep, GripSlipped, InArena, Landing, LinkId, LinkPoses,
+    ObstaclePlanned, ParameterRefused, PerformSkill, PlaybackSpeed, Refused, SkillEnded, SkillRefused, SkillStarted,
+    TakeOff, at_link, controller, forces, interpolation, spawn, systems,
 };
 use crate::engine::{athlete_time, history};
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
@@ -78,6 +78,7 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<AthleteReset>()
             .add_message::<AthleteRewind>()
             .add_message::<BladeEdgeChanged>()
+            .add_message::<Footstep>()
             .add_message::<TakeOff>()
             .add_message::<Landing>()
             .add_message::<SkillStarted>()

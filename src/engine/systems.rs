@@ -5,12 +5,13 @@ use crate::engine::arrival::refuse;
 use crate::engine::diagnostics::StepTally;
 use crate::engine::event_detector::BodyEvent;
 use crate::engine::events::both;
+use crate::engine::foot_watch::FootChange;
 use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::{
     AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, AthleteTime,
-    BladeEdgeChanged, BodyStatus, ControlFinished, GripSlipped, InArena, Landing, LinkId, LinkPoses, ObstaclePlanned,
-    ParameterRefused, Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    BladeEdgeChanged, BodyStatus, ControlFinished, Footstep, GripSlipped, InArena, Landing, LinkId, LinkPoses,
+    ObstaclePlanned, ParameterRefused, Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
 };
 use crate::skill::planner::Obstacle;
 use bevy::ecs::system::SystemParam;
@@ -108,6 +109,7 @@ pub(super) fn write_poses(mut athletes: Query<(&mut AthleteBody, &mut LinkPoses)
 #[derive(SystemParam)]
 pub(super) struct Writers<'w> {
     edges: MessageWriter<'w, BladeEdgeChanged>,
+    footsteps: MessageWriter<'w, Footstep>,
     take_offs: MessageWriter<'w, TakeOff>,
     landings: MessageWriter<'w, Landing>,
     falls: MessageWriter<'w, AthleteFell>,
@@ -132,6 +134,10 @@ pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
             match event {
                 BodyEvent::Edge { time, blade, from, to } => {
                     both(c, &mut writers.edges, BladeEdgeChanged { entity, time, blade, from, to });
+                }
+                BodyEvent::Foot(FootChange { time, foot, side, phase, force, place, slip }) => {
+                    let step = Footstep { entity, time, foot, side, phase, force, place, slip };
+                    both(c, &mut writers.footsteps, step);
                 }
                 BodyEvent::TakeOff { time, velocity } => {
                     both(c, &mut writers.take_offs, TakeOff { entity, time, velocity });

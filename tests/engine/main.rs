@@ -25,6 +25,7 @@ mod engine_rooms;
 mod engine_snapshots;
 mod engine_time;
 mod footings;
+mod footsteps;
 #[path = "../families/hopper/engine.rs"]
 mod hopper;
 #[cfg(feature = "ui")]

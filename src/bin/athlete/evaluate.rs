@@ -30,7 +30,7 @@ pub const TRIALS_SEED: u64 = 1_000_003;
 /// simulation rate, as in a game. Writes nothing unless asked. Ctrl-C begins no more trials and shows those that were begun.
 #[derive(Debug, Args)]
 pub struct Evaluate {
-    /// A skill with a trained policy, a .onnx file, or a folder that `athlete train` has filled
+    /// A skill with a trained policy (its name or its .skill.ron), a .onnx file, or a folder that `athlete train` has filled
     policy: PathBuf,
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
@@ -69,6 +69,9 @@ pub struct Evaluate {
 fn policy_file(given: &Path) -> Result<PathBuf, Box<dyn std::error::Error>> {
     if given.is_dir() {
         return Ok(given.join("policy.onnx"));
+    }
+    if given.to_string_lossy().ends_with(".skill.ron") {
+        return Ok(given.with_file_name("policy.onnx"));
     }
     if given.extension().is_some() || given.is_file() {
         return Ok(given.to_path_buf());

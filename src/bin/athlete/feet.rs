@@ -104,10 +104,6 @@ impl Feet {
 
 /// A row in words; a dash where there is no figure.
 fn line(row: &FeetRow) -> String {
-    if let Some(what) = row.missing {
-        let published = row.published_multi.map_or_else(String::new, |x| format!("; published {x} {}", row.unit));
-        return format!("{:<20} {:>8} missing: {what}{published}", row.experiment, row.unit);
-    }
     let figure = |x: Option<f64>| {
         x.map_or_else(|| "-".to_owned(), |x| if x < 1.0 { format!("{x:.3}") } else { format!("{x:.1}") })
     };

@@ -5,14 +5,18 @@
 //! | `bodies` | the three feet: five segments, two segments, two segments with more contact points |
 //! | `episode` | one body, one disturbance: did it keep standing |
 //! | `rows` | the experiments, their published figures and mechanical bounds |
+//! | `walking` | the rows of a trained walk: rough ground, a push |
 //! | `search` | the largest disturbance that is held in 90 % of the episodes |
 
 mod bodies;
 mod episode;
+mod error;
 mod rows;
 mod search;
+mod walking;
 
 pub use bodies::FeetBody;
 pub use episode::{Disturbance, Episode, EpisodeError, EpisodeResult, StancePose, run_episode, watch_episode};
+pub use error::FeetError;
 pub use rows::{Experiment, FeetRow, experiments, measure_row};
 pub use search::{SearchOptions, largest_held};

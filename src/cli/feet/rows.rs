@@ -1,8 +1,10 @@
 //! The rows of the comparison.
 
 use super::bodies::FeetBody;
-use super::episode::{Disturbance, Episode, EpisodeError, run_episode};
+use super::episode::{Disturbance, Episode, run_episode};
+use super::error::FeetError;
 use super::search::{SearchOptions, largest_held};
+use super::walking::{hardest_push, roughest};
 use crate::control::balance::{BalanceSettings, Hull};
 use crate::model::CharacterModel;
 use glam::{DVec2, DVec3};
@@ -16,9 +18,6 @@ const SHORT: f64 = 6.0;
 const STEPS: u32 = 3;
 /// How long a push lasts, s.
 const PUSH: f64 = 0.4;
-
-/// What rows lack.
-const NO_WALK: &str = "no walk is compared yet";
 
 /// A row before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +46,10 @@ enum Kind {
     Sway(DVec3),
     /// Root mean square of the trunk's angular velocity on ground swaying by 10 degrees about this axis.
     Wobble(DVec3),
-    /// Not measured, and what it lacks.
-    Missing(&'static str),
+    /// Largest random heights of the ground walked over.
+    WalkRough,
+    /// Largest push from the right while walking.
+    WalkPush,
 }
 
 /// A measured row.
@@ -58,7 +59,7 @@ pub struct FeetRow {
     pub experiment: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// Five segments; `None` where not even the mildest disturbance is held.
+    /// Five segments; `None` where not even the mildest disturbance is held, or no walk was trained for the body.
     pub multi: Option<f64>,
     /// Two segments.
     pub two: Option<f64>,
@@ -72,8 +73,6 @@ pub struct FeetRow {
     pub bound: Option<f64>,
     /// Episodes a point.
     pub trials: usize,
-    /// What is missing, of a row that cannot be measured.
-    pub missing: Option<&'static str>,
 }
 
 /// All rows.
@@ -93,18 +92,18 @@ pub fn experiments() -> Vec<Experiment> {
         row("steps_front", "N", none, Kind::Steps(DVec3::Z)),
         row("steps_back", "N", none, Kind::Steps(DVec3::NEG_Z)),
         row("steps_side", "N", none, Kind::Steps(DVec3::X)),
-        row("walk_rough", "m", (Some(0.03), None), Kind::Missing(NO_WALK)),
-        row("walk_push_right", "N", (Some(80.0), None), Kind::Missing(NO_WALK)),
+        row("walk_rough", "m", (Some(0.03), None), Kind::WalkRough),
+        row("walk_push_right", "N", (Some(80.0), None), Kind::WalkPush),
     ]
 }
 
-/// Measures a row; `long` is how long slow disturbances last, s.
+/// Measures a row; `long` is how long slow disturbances last, s. With less than a minute the walk over rough ground is 20 m long, not 100.
 pub fn measure_row(
     row: &Experiment,
     settings: BalanceSettings,
     options: &SearchOptions,
     long: f64,
-) -> Result<FeetRow, EpisodeError> {
+) -> Result<FeetRow, FeetError> {
     let standing = |disturbance, seconds| Episode { settings, ..Episode::standing(disturbance, seconds) };
     let mut figures = [None; 3];
     for (figure, body) in figures.iter_mut().zip(FeetBody::ALL) {
@@ -139,7 +138,8 @@ pub fn measure_row(
                 }
                 (held > 0.0).then(|| sum / held)
             }
-            Kind::Missing(_) => None,
+            Kind::WalkRough => roughest(&model, options, if long < 60.0 { 20.0 } else { 100.0 })?,
+            Kind::WalkPush => hardest_push(&model, options)?,
         };
     }
     let [multi, two, two_more_points] = figures;
@@ -158,10 +158,6 @@ pub fn measure_row(
         published_two,
         bound,
         trials: options.trials,
-        missing: match row.kind {
-            Kind::Missing(what) => Some(what),
-            _ => None,
-        },
     })
 }
 
