@@ -77,17 +77,12 @@ impl FootWatch {
     pub fn of(model: &CharacterModel) -> Vec<Self> {
         let watch = |foot: usize| {
             let anatomy = FootAnatomy::of(model, foot).ok()?;
-            let places = model.rest_positions();
-            let ahead = anatomy.forward();
-            let ankle = places[anatomy.ankle()].dot(ahead);
-            let points = anatomy.segments().iter().flat_map(|s| s.points.iter().map(|p| (p.2, places[s.link] + p.0)));
-            let (front, rear): (Vec<_>, Vec<_>) = points.partition(|(_, at)| at.dot(ahead) >= ankle);
-            let indices = |points: Vec<(usize, DVec3)>| points.into_iter().map(|p| p.0).collect();
+            let (rear, front) = anatomy.rear_and_front();
             Some(Self {
                 foot,
                 side: anatomy.side,
-                rear: indices(rear),
-                front: indices(front),
+                rear,
+                front,
                 told: Sole::default(),
                 seen: Sole::default(),
                 since: 0.0,

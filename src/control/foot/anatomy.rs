@@ -178,6 +178,19 @@ impl FootAnatomy {
         }
     }
 
+    /// The contact points that lie behind the ankle in the zero pose, and those before it, by index in the model.
+    pub fn rear_and_front(&self) -> (Vec<usize>, Vec<usize>) {
+        let (mut rear, mut front) = (Vec::new(), Vec::new());
+        for (k, segment) in self.segments.iter().enumerate() {
+            let joint = self.joint_place(k);
+            for (at, _, index) in &segment.points {
+                let ahead = (joint + *at).dot(self.forward) >= 0.0;
+                if ahead { &mut front } else { &mut rear }.push(*index);
+            }
+        }
+        (rear, front)
+    }
+
     /// Segments ahead of the ankle that nothing hangs on.
     fn toes(&self) -> SegmentSet {
         let leaf =
@@ -215,8 +228,12 @@ impl FootAnatomy {
 
     /// Middle of a segment's points about the ankle in the zero pose, m.
     fn place(&self, k: usize) -> DVec3 {
-        let mut at = self.middle(k);
-        let mut k = k;
+        self.middle(k) + self.joint_place(k)
+    }
+
+    /// A segment's joint about the ankle in the zero pose, m.
+    fn joint_place(&self, mut k: usize) -> DVec3 {
+        let mut at = DVec3::ZERO;
         while k != 0 {
             at += self.segments[k].offset;
             k = self.segments[k].parent;

@@ -3,6 +3,7 @@
 /// Targets move on so often within a tick.
 pub const TARGET_SUBSTEPS: usize = 4;
 
+mod contacts;
 mod gathered;
 mod heading;
 mod mirror;
@@ -13,6 +14,7 @@ mod tracker;
 mod warp;
 
 pub use super::terms::{ObservationLayout, PolicyMirror};
+pub use contacts::SoleParts;
 pub(crate) use gathered::Gathered;
 pub use heading::Heading;
 pub use mirror::mirror_links;

@@ -470,6 +470,11 @@ impl<R: Real> Tracker<R> {
         self.anchor_heading.to_world(self.leaned(self.now.root_position, &self.now)) + self.anchor_place
     }
 
+    /// Rotation of a joint of the reference.
+    pub(in crate::control::tracking) fn reference_joint(&self, link: usize) -> Quat<R> {
+        self.now.joints[link]
+    }
+
     /// Rotation of the reference's root, world frame.
     pub fn reference_rotation(&self) -> Quat<R> {
         self.rotation_of(&self.now)

@@ -24,6 +24,9 @@ pub struct RewardScales {
     /// Mean squared angle of the feet's joints, ankles included, 1/rad^2; none by default. In `pose` joints count by the mass that they
     /// carry, so feet hardly do.
     pub feet: (f64, f64),
+    /// How far the parts of the soles are from touching as the motion's do, 0 to 1; none by default. With it a foot comes down heel first
+    /// where the motion's does.
+    pub contacts: (f64, f64),
     /// Taken off: mean square of the action.
     pub effort: f64,
 }
@@ -39,6 +42,7 @@ impl Default for RewardScales {
             com_velocity: (0.15, 4.0),
             place: (0.10, 8.0),
             feet: (0.0, 6.0),
+            contacts: (0.0, 3.0),
             effort: 0.01,
         }
     }

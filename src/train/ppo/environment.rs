@@ -414,9 +414,14 @@ impl<R: Real> Environment<R> {
                 sample.error = Some(tracking_error(&self.sim, lane, &self.tracker.reference_pose(lane)));
             }
         }
+        let contacts =
+            if task.soles.is_empty() { R::zero() } else { self.tracker.contact_error(&self.sim, &task.soles) };
         let terms = self.tracker.terms(&mut self.sim, &task.weights, &task.feet);
         (0..R::LANES)
-            .map(|lane| self.judge(lane, &terms, R::mask_lane(touched, lane), &actions[lane * size..(lane + 1) * size]))
+            .map(|lane| {
+                let (touched, contacts) = (R::mask_lane(touched, lane), contacts.lane(lane));
+                self.judge(lane, &terms, contacts, touched, &actions[lane * size..(lane + 1) * size])
+            })
             .collect()
     }
 
@@ -474,7 +479,14 @@ impl<R: Real> Environment<R> {
         }
     }
 
-    fn judge(&mut self, lane: usize, terms: &TrackingTerms<R>, touched: bool, action: &[f32]) -> Outcome {
+    fn judge(
+        &mut self,
+        lane: usize,
+        terms: &TrackingTerms<R>,
+        contacts: f64,
+        touched: bool,
+        action: &[f32],
+    ) -> Outcome {
         let (scales, limits) = (&self.task.skill.reward, &self.task.skill.limits);
         let height = terms.height.lane(lane);
         let value = |(weight, sharpness): (f64, f64), error: f64| weight * (-sharpness * error).exp();
@@ -488,6 +500,7 @@ impl<R: Real> Environment<R> {
             + value(scales.com_velocity, terms.com_velocity.lane(lane))
             + value(scales.place, place)
             + value(scales.feet, terms.feet.lane(lane))
+            + value(scales.contacts, contacts)
             - scales.effort * effort.min(10.0);
         let strayed = height.abs() > limits.height
             || root > limits.root * limits.root

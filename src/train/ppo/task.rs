@@ -3,7 +3,7 @@
 use crate::asset::clip::{ClipError, MotionClip};
 use crate::asset::{Course, CourseError};
 use crate::contact::{Surface, World};
-use crate::control::tracking::{ObservationLayout, TrackedMotion, TrackerOptions};
+use crate::control::tracking::{ObservationLayout, SoleParts, TrackedMotion, TrackerOptions};
 use crate::model::{CharacterModel, ContactPoint, Foot, FootKind, LinkTransform, ModelPose, SharedModel, Side};
 use crate::sim::SimulationSettings;
 use crate::skill::{
@@ -107,6 +107,8 @@ pub struct SkillTask {
     pub weights: Vec<f64>,
     /// Joints of the feet, where the reward asks for them.
     pub feet: Vec<usize>,
+    /// Parts of the soles, where the reward asks for their contacts.
+    pub soles: SoleParts,
     /// Contact points that must not touch anything.
     pub forbidden: Vec<usize>,
     /// Link that is pushed.
@@ -143,6 +145,7 @@ impl SkillTask {
             course: None,
             friction: surface.friction,
             weights: crate::control::joint_weights(&model),
+            soles: if skill.reward.contacts.0 > 0.0 { SoleParts::of(&model) } else { SoleParts::default() },
             feet: if skill.reward.feet.0 > 0.0 { foot_joints(&model) } else { Vec::new() },
             forbidden: skill.touch.forbidden_points(&model, &motion),
             pelvis: skill.trial.pelvis_limit(&motion),
