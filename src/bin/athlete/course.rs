@@ -7,7 +7,7 @@ use bevy_athlete::cli::{
     CourseEnd, CourseRun, CourseTask, FrameRecorder, Setting, SkillInputError, check_output, course_scenery,
     find_skill, load_character, load_trained_skill, run_course, threads, within,
 };
-use bevy_athlete::skill::{Director, DirectorInput, Disturbance, SkillDefinition};
+use bevy_athlete::skill::{CourseView, Director, DirectorInput, Disturbance, SkillDefinition};
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
 use glam::DVec3;
@@ -55,6 +55,18 @@ pub struct CourseCommand {
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What a run saw and planned, and which skills it began.
+fn plans(run: &CourseRun) -> serde_json::Value {
+    let plan = |(time, view, skill): &(f64, CourseView, Option<String>)| {
+        let o = &view.obstacle;
+        json!({
+            "time": time, "kind": format!("{:?}", o.kind), "distance": o.distance, "height": o.height, "depth": o.depth,
+            "skill": skill, "refused": view.plan.err().map(|reason| reason.to_string()),
+        })
+    };
+    json!({"end": format!("{:?}", run.end), "seconds": run.seconds, "begun": run.skills, "seen": run.plans.iter().map(plan).collect::<Vec<_>>()})
 }
 
 impl CourseCommand {
@@ -149,6 +161,7 @@ impl CourseCommand {
                 "course": self.course, "runs": runs.len(), "finished": whole, "fell": ended(CourseEnd::Fell),
                 "aside": ended(CourseEnd::Aside), "stopped": ended(CourseEnd::Stopped), "skills": rows,
                 "ahead": runs.iter().map(|r| r.ahead).collect::<Vec<_>>(),
+                "plans": runs.iter().map(plans).collect::<Vec<_>>(),
             }))?;
             return Ok(ExitCode::SUCCESS);
         }

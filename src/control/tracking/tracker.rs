@@ -423,6 +423,12 @@ impl<R: Real> Tracker<R> {
         self.now.root_position.lane(lane) * glam::DVec3::new(1.0, 0.0, 1.0)
     }
 
+    /// Height of what carries lane `lane` at tick `tick` in the motion's own world, m, warped to the lane's parameters.
+    pub fn support_of(&mut self, lane: usize, tick: usize) -> f64 {
+        self.enter(lane, tick);
+        self.now.support.lane(lane)
+    }
+
     fn enter(&mut self, lane: usize, tick: usize) {
         self.enter_at(lane, tick, 0.0);
     }

@@ -11,7 +11,7 @@ use crate::skill::planner::{Clearance, Obstacle, Plan, Refusal, StepLaw, plan};
 use crate::skill::{Entry, SkillGraph, SkillParameters, TrainedSkill};
 
 /// How far ahead the ground is looked at, m, and how finely, m.
-const SIGHT: (f64, f64) = (12.0, 0.1);
+const SIGHT: (f64, f64) = (12.0, 0.05);
 /// Largest change of speed from one step to the next, m/s.
 const CHANGE: f64 = 0.5;
 /// Skills that succeed in fewer trials than this are not used, 0 to 1.

@@ -277,7 +277,8 @@ impl<R: Real> Environment<R> {
         let enter = other.transition.enter;
         // A motion over obstacles is joined where it is in its own world.
         let over = self.task.course.is_some() && self.task.motion.cycle().is_none();
-        let place = if over { self.tracker.place_of(lane, enter) } else { DVec3::ZERO };
+        let ground = if over { self.tracker.support_of(lane, enter) } else { 0.0 };
+        let place = if over { self.tracker.place_of(lane, enter) + DVec3::Y * ground } else { DVec3::ZERO };
         if let Some(body) = body {
             body.put(&mut self.sim, lane, place);
         } else {
@@ -296,7 +297,7 @@ impl<R: Real> Environment<R> {
             impulse.set_lane(lane, DVec3::ZERO);
         }
         self.sim.state_changed();
-        self.tracker.set_support(lane, 0.0, DVec3::ZERO);
+        self.tracker.set_support(lane, ground, DVec3::ZERO);
         self.tracker.join(&mut self.sim, lane, enter);
         enter
     }
