@@ -144,8 +144,13 @@ fn perform(
         let with_hands = allowed.contains(&PointRole::Hand);
         let touched = |p: &usize| sim.contact_force(*p, 0) != DVec3::ZERO;
         let down = forbidden.iter().filter(|p| !(with_hands && hands(p))).any(touched);
-        let above = place.y - director.player().support().height;
-        let end = if down || !sim.is_sane(0) || above < PELVIS {
+        // In a hop down it is low over where it came from, but not over the ground.
+        let low = |sim: &Simulator<f64>| {
+            let ground = terrain.height(sim.state.root_position);
+            !ground.found || place.y - ground.height < PELVIS
+        };
+        let lies = place.y - director.player().support().height < PELVIS && low(sim);
+        let end = if down || !sim.is_sane(0) || lies {
             CourseEnd::Fell
         } else if -place.z >= task.finish {
             CourseEnd::Finished

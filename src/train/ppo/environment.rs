@@ -1,6 +1,7 @@
 //! Trials in lanes: a batch of characters, each at its own place in the motion.
 
 use crate::asset::CourseInstance;
+use crate::contact::Terrain;
 use crate::control::tracking::{Heading, Tracker, TrackingTerms};
 use crate::control::tracking_error;
 use crate::math::{RandomStream, Real, Vec3};
@@ -512,8 +513,9 @@ impl<R: Real> Environment<R> {
             || limits.turn.is_some_and(|most| self.dragged_round(lane).c < most.cos())
             || (limits.standing_foot && self.standing_foot_up(lane));
         let trial = &self.task.skill.trial;
-        let above = self.sim.state.root_position.y.lane(lane) - self.tracker.support().height.lane(lane);
-        let fallen = touched || above < self.task.pelvis;
+        let root_height = self.sim.state.root_position.y.lane(lane);
+        let is_low = |ground: f64| root_height - ground < self.task.pelvis;
+        let fallen = touched || (is_low(self.tracker.support().height.lane(lane)) && is_low(self.ground_of(lane)));
         let failed = !self.sim.is_sane(lane)
             || !reward.is_finite()
             || if self.task.judged { fallen || (trial.success.is_empty() && strayed) } else { strayed };
@@ -542,6 +544,14 @@ impl<R: Real> Environment<R> {
             EpisodeStatus::Running
         };
         Outcome { reward, status }
+    }
+
+    /// Height of what a fall counts from, m: the support, or the ground below where that is lower, as in a hop down.
+    fn ground_of(&self, lane: usize) -> f64 {
+        let support = self.tracker.support().height.lane(lane);
+        let Some(course) = &self.course else { return support };
+        let below = course.terrain.height(self.sim.state.root_position);
+        if R::mask_lane(below.found, lane) { support.min(below.height.lane(lane)) } else { support }
     }
 
     /// Whether a blade is on the ice that the motion has in the air.
