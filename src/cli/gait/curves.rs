@@ -151,7 +151,13 @@ pub fn gait_report(recording: &GaitRecording) -> Result<GaitReport, GaitError> {
                 let gain = of(&|f| f.gains.get(joint).copied().unwrap_or(1.0));
                 curve.push((0..POINTS).map(|k| at(&gain, time(k))).collect());
             }
-            let path = of(&|f| f.pressure.unwrap_or(0.0));
+            // Where there is no load for a moment, it is where it was.
+            let mut last = 0.0;
+            let places = recording.samples.iter().map(|s| {
+                last = s.feet[side].pressure.unwrap_or(last);
+                last
+            });
+            let path: Vec<f64> = places.collect();
             let stance = (up - down).saturating_sub(1) as f64;
             paths.push((0..POINTS).map(|k| at(&path, down as f64 + stance * k as f64 / (POINTS - 1) as f64)).collect());
             seconds += length / rate;
