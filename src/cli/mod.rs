@@ -12,6 +12,7 @@
 //! | [`Push`] | a force on a link for a while: `pelvis:0,0,-50:0.5:0.2` |
 //! | [`perform`] | simulates a motion (plain stable PD) or a control and measures it |
 //! | [`run_course`] | runs a course of obstacles from a disturbed start |
+//! | [`random_course`], [`single_obstacle`] | courses of the kinds and sizes that a runner's skills clear |
 //! | [`run_program`] | performs a program of skills from a disturbed start |
 //! | [`load_trained_skill`] | a skill with its motion and its policy |
 //! | [`skill_of_policy`] | the skill of a policy, from what lies in its folder |
@@ -43,6 +44,7 @@ mod perform;
 mod policy_folder;
 mod program_run;
 mod push;
+mod random_course;
 mod skill_export;
 mod skills;
 mod timing;
@@ -64,6 +66,7 @@ pub use perform::{PerformError, PerformOptions, PerformanceReport, Script, perfo
 pub use policy_folder::{PolicyFolderError, check_motion, skill_beside, skill_of_policy};
 pub use program_run::{ProgramRun, run_program};
 pub use push::Push;
+pub use random_course::{RandomCourse, random_course, single_obstacle};
 pub use skill_export::{CARD_FILE, POLICY_FILE, SkillExport, SkillExportError, skill_export};
 pub use skills::{
     SKILLS_FOLDER, SkillInputError, TellMotion, find_program, find_skill, load_task, load_task_with,
