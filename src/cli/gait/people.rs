@@ -221,7 +221,8 @@ mod tests {
         std::fs::write(&file, text).unwrap();
         let people = People::read(std::slice::from_ref(&file)).unwrap();
         let moment = people.ankle_moment.clone().unwrap();
-        assert_eq!((moment.mean[25], moment.sd[25], moment.mean[50]), (1.5, 0.3, 0.0));
+        let at = [moment.mean[25], moment.sd[25], moment.mean[50]];
+        assert!(at.iter().zip([1.5, 0.3, 0.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{at:?}");
         assert!(people.vertical_force.is_none());
         let mut report = GaitReport { stance: 0.6, ankle_moment: moment.clone(), ..GaitReport::default() };
         report.pressure_path.mean = (0..POINTS).map(|k| k as f64 / 50.0 + 0.05).collect();
