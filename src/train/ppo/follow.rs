@@ -23,6 +23,8 @@ const BODIES: usize = 192;
 const WARM_UP: f64 = 2.0;
 /// Bodies that are taken from one trial of it.
 const FROM_ONE: usize = 3;
+/// A body whose root is higher or lower than the reference's by more than this is on its way to a fall, m.
+const FALLING: f64 = 0.1;
 /// Longest time in which bodies are looked for, s of every lane.
 const LONGEST: f64 = 120.0;
 
@@ -95,7 +97,8 @@ fn record<R: Real, A: Actor>(task: &Arc<SkillTask>, actor: &A, transition: Trans
             } else {
                 env.tracker.tick(lane) == transition.leave
             };
-            if leaves && outcome.status != EpisodeStatus::Terminated {
+            let off = env.sim.state.root_position.y.lane(lane) - env.tracker.reference_root().y.lane(lane);
+            if leaves && off.abs() < FALLING && outcome.status != EpisodeStatus::Terminated {
                 found.push(body_of(&env, lane));
                 taken[lane] += 1;
             }
