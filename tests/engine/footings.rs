@@ -144,14 +144,21 @@ fn gaits_go_on_level_ground_and_on_blocks() {
 /// How long they last at least on slopes of 5 degrees, on which none was learnt, s; that they do not last longer is no promise.
 #[test]
 fn gaits_last_on_slopes_as_long_as_they_do() {
+    let mut short = Vec::new();
     for ((performer, speed), least) in gaits().into_iter().zip([(8.0, 8.0), (1.0, 0.5), (0.5, 0.5), (0.5, 0.5)]) {
         for (degrees, at_least) in [(5.0, least.0), (-5.0, least.1)] {
             let found = perform_on(&performer, Footing::Slope { degrees }, 10.0);
             told(&format!("{} at {speed} m/s, {degrees} degrees", performer.skill), &found);
             let lasted = found.fell.unwrap_or(10.0);
-            assert!(found.stopped.is_none() && lasted >= at_least, "{lasted} s");
+            short.extend((found.stopped.is_some() || lasted < at_least).then_some((
+                performer.skill,
+                speed,
+                degrees,
+                lasted,
+            )));
         }
     }
+    assert!(short.is_empty(), "{short:?}");
 }
 
 /// On a platform of Avian that moves at 1 m/s, too, at the same speed over it: each in another direction.
