@@ -10,6 +10,8 @@ use bevy::math::DVec3;
 
 /// How long a new contact has to last, s: soles chatter for a few milliseconds when they touch down.
 const SETTLE: f64 = 0.010;
+/// How long a foot has to be off the ground, s: it bounces when it comes down.
+const LIFTED: f64 = 0.060;
 
 /// Which parts of a sole touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,7 +104,8 @@ impl FootWatch {
         if now != self.seen {
             (self.seen, self.since) = (now, time);
         }
-        if self.seen == self.told || time - self.since < SETTLE {
+        let settle = if self.seen == Sole::default() { LIFTED } else { SETTLE };
+        if self.seen == self.told || time - self.since < settle {
             return None;
         }
         let phase = self.told.change(self.seen)?;

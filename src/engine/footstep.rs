@@ -20,7 +20,7 @@ pub enum FootPhase {
     ToeOff,
 }
 
-/// A sole touches the ground in another way than before, and has done so for 10 ms: for the sound of steps, for dust and for tracks.
+/// A sole touches the ground in another way than before, and has done so for 10 ms, or has been off it for 60: for the sound of steps, for dust and for tracks.
 #[derive(Message, EntityEvent, Clone, Debug, PartialEq, Reflect)]
 pub struct Footstep {
     /// The athlete.
