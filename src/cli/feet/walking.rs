@@ -3,11 +3,11 @@
 use super::error::FeetError;
 use super::search::{SearchOptions, largest, mostly};
 use crate::asset::Course;
-use crate::cli::{CourseEnd, CourseTask, load_trained_skill, run_course};
+use crate::cli::{CourseEnd, CourseTask, SkillInputError, find_skill, load_trained_skill, run_course};
 use crate::math::{RandomStream, Vec3};
 use crate::model::SharedModel;
 use crate::sim::ExternalForce;
-use crate::skill::{Director, DirectorInput, Disturbance};
+use crate::skill::{Director, DirectorInput, Disturbance, SkillDefinition};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -22,11 +22,11 @@ const STREAM: u64 = 0x0f00_7b02;
 
 /// The walk of a body; `None` where none was trained for it.
 fn walker(model: &SharedModel) -> Result<Option<Director>, FeetError> {
-    let skill = match load_trained_skill(WALK, model) {
-        Ok(skill) if skill.definition.character == model.name => skill,
-        Ok(_) | Err(crate::cli::SkillInputError::Trained(_)) => return Ok(None),
-        Err(error) => return Err(error.into()),
-    };
+    let definition = SkillDefinition::load(find_skill(WALK)?).map_err(SkillInputError::from)?;
+    if definition.character != model.name {
+        return Ok(None);
+    }
+    let skill = load_trained_skill(WALK, model)?;
     let rate = skill.definition.simulation_rate(model);
     let input = DirectorInput { direction: DVec3::NEG_Z, speed: Some(SPEED), ..DirectorInput::default() };
     Ok(Some(Director::single(Arc::new(skill), rate)?.with_input(input)))
