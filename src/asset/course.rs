@@ -76,6 +76,17 @@ pub struct GroundEntry {
     pub material: String,
     /// Coulomb coefficient.
     pub friction: Quantity,
+    /// By how much it rises along the way, degrees; it falls where this is negative. It is at height 0 where the course starts.
+    #[serde(default = "level", skip_serializing_if = "is_level")]
+    pub slope: Quantity,
+}
+
+fn level() -> Quantity {
+    Quantity::ZERO
+}
+
+fn is_level(slope: &Quantity) -> bool {
+    *slope == Quantity::ZERO
 }
 
 fn ground() -> String {

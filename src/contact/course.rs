@@ -259,11 +259,13 @@ impl World {
             let surface = Surface { material, friction };
             match &instance.bumps {
                 Some(b) => {
-                    let field = HeightField::new(b.origin, b.spacing, b.columns, b.rows, b.heights.clone())?;
+                    let field = HeightField::new(b.origin, b.spacing, b.columns, b.rows, b.heights.clone())?
+                        .tilted(instance.slope);
                     solids.push(Solid::fixed(Geometry::HeightField(Arc::new(field)), surface));
                 }
                 None if instance.gaps.is_empty() => {
-                    solids.push(Solid::fixed(Geometry::Plane { point: DVec3::ZERO, normal: DVec3::Y }, surface));
+                    let normal = DVec3::new(0.0, 1.0, instance.slope).normalize();
+                    solids.push(Solid::fixed(Geometry::Plane { point: DVec3::ZERO, normal }, surface));
                 }
                 None => {
                     let brinks = instance.gaps.iter().map(|g| g.1);

@@ -44,6 +44,18 @@ const FULL: &str = r#"(
     ],
 )"#;
 
+/// Rough ground that is steeper or less steep, up or down.
+const SLOPE: &str = r#"(
+    name: "slope",
+    parameters: [(name: "slope", range: (-8, 8), default: 5), (name: "roughness", range: (0, 0.02))],
+    ground: (friction: 0.8, slope: "slope"),
+    solids: [Bumps(ahead: 1, length: 6, width: 4, spacing: 0.3, amplitude: "roughness")],
+)"#;
+
+fn slope() -> Course {
+    Course::parse("slope.course.ron", SLOPE.as_bytes()).expect("a course")
+}
+
 fn full() -> Course {
     Course::parse("full.course.ron", FULL.as_bytes()).expect("a course")
 }
@@ -76,7 +88,7 @@ fn formulas_are_sums_of_products() {
 
 #[test]
 fn a_written_file_reads_back_equal() {
-    for course in SHIPPED.map(shipped).into_iter().chain([full()]) {
+    for course in SHIPPED.map(shipped).into_iter().chain([full(), slope()]) {
         let text = course.to_ron().expect("text");
         assert_eq!(Course::parse(&course.file, text.as_bytes()).expect(&text), course);
     }
@@ -297,7 +309,7 @@ fn lanes_answer_like_worlds<R: Real>(course: &Course, base: &World, tolerance: f
 
 #[test]
 fn a_lane_answers_like_a_world_of_its_own() {
-    for course in SHIPPED.map(shipped).into_iter().chain([full()]) {
+    for course in SHIPPED.map(shipped).into_iter().chain([full(), slope()]) {
         lanes_answer_like_worlds::<f64>(&course, &World::ground(), 1e-12);
         lanes_answer_like_worlds::<F64x4>(&course, &World::ground(), 1e-12);
         lanes_answer_like_worlds::<F32x8Fused>(&course, &World::ground(), 2e-5);
@@ -460,4 +472,31 @@ fn bumps_are_level_at_the_border_and_drawn_by_the_seed() {
         steepest = steepest.max((height(0.37, z) - height(0.37, z - 1e-4)).abs() / 1e-4);
     }
     assert!(steepest < 2.0 * 0.02 / 0.3 + 1e-6, "a slope of {steepest}");
+}
+
+/// On a slope of 5 degrees the ground at 2 m ahead is 2 tan 5 degrees up, its normal leans back by 5 degrees, and the distance from it is square to it.
+#[test]
+fn ground_that_has_a_slope_is_a_plane_through_the_start() {
+    let course = Course::parse(
+        "plane.course.ron",
+        br#"(name: "plane", parameters: [(name: "slope", range: (-45, 45))], ground: (friction: 0.8, slope: "slope"))"#,
+    )
+    .expect("a course");
+    for degrees in [5.0, -20.0, 0.0] {
+        let angle = f64::to_radians(degrees);
+        let instance = course.instance(&[degrees], 0).expect("one");
+        let terrain = CourseTerrain::<f64>::new(Arc::new(World::empty()), &instance);
+        let above = DVec3::new(0.7, 3.0, -2.0);
+        let height = terrain.height(Vec3::splat(above));
+        assert!((height.height - 2.0 * angle.tan()).abs() < 1e-12, "{degrees} degrees: {}", height.height);
+        let normal = DVec3::new(0.0, angle.cos(), angle.sin());
+        let hit: SurfaceHit<f64> = terrain.query(Vec3::splat(above));
+        assert!((hit.normal.lane(0) - normal).length() < 1e-12 && (height.normal.lane(0) - normal).length() < 1e-12);
+        assert!((hit.distance - above.dot(normal)).abs() < 1e-12, "{degrees} degrees: {}", hit.distance);
+    }
+    let too_steep = course.instance(&[50.0], 0).expect_err("refused").to_string();
+    assert!(too_steep.contains("slope") && too_steep.contains("-45 to 45"), "{too_steep}");
+    let gap = br#"(name: "gap", ground: (friction: 0.8, slope: 3), solids: [Gap(ahead: 2, length: 1)])"#;
+    let refused = Course::parse("gap.course.ron", gap).expect_err("refused").to_string();
+    assert!(refused.contains("solid 1 (Gap)") && refused.contains("slope"), "{refused}");
 }

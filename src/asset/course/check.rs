@@ -113,6 +113,7 @@ fn check_names(course: &Course) -> Result<(), CourseError> {
     if let Some(ground) = &course.ground {
         material("ground", &ground.material)?;
         formula("ground", "friction", &ground.friction)?;
+        formula("ground", "slope", &ground.slope)?;
     }
     if let Some(width) = &course.side_walls {
         formula("course", "side_walls", width)?;
@@ -167,6 +168,10 @@ fn check_ground(course: &Course) -> Result<(), CourseError> {
     }
     if let (Some(a), Some(b)) = (gap, bumps) {
         return together(a.max(b), "gaps and bumps in one course", "gaps, or one field of bumps");
+    }
+    let slope = course.ground.as_ref().is_some_and(|ground| ground.slope != Quantity::ZERO);
+    if let (Some(k), true) = (gap, slope) {
+        return together(k, "a gap in ground that has a slope", "gaps in level ground");
     }
     let mut rough = course.solids.iter().enumerate().filter(|(_, s)| matches!(s, SolidEntry::Bumps { .. }));
     if let Some((k, _)) = rough.nth(1) {

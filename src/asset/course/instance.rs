@@ -8,11 +8,16 @@ use glam::{DQuat, DVec3};
 /// Stream of the random numbers that bumps are drawn with.
 const BUMPS_STREAM: u64 = 0x6275_6d70;
 
+/// Steepest ground of a course, degrees.
+const MAX_SLOPE: f64 = 45.0;
+
 /// A course with all its numbers, world frame, m, rad, s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CourseInstance {
     /// Material and friction of the course's own ground; `None` without one.
     pub ground: Option<(Material, f64)>,
+    /// By how much the ground rises along the way (-Z), m per m.
+    pub slope: f64,
     /// Where the ground is missing: z of the near and the far brink of each gap, nearest first.
     pub gaps: Vec<(f64, f64)>,
     /// Rough ground.
@@ -273,6 +278,12 @@ pub(super) fn evaluate(
             Some((whole.material(&ground.material), whole.get("friction", &ground.friction, 0.0, 10.0, "")?))
         }
         None => None,
+    };
+    out.slope = match &course.ground {
+        Some(ground) if ground.slope != Quantity::ZERO => {
+            whole.get("slope", &ground.slope, -MAX_SLOPE, MAX_SLOPE, " degrees")?.to_radians().tan()
+        }
+        _ => 0.0,
     };
     out.side_walls = match &course.side_walls {
         Some(width) => Some(whole.get("side_walls", width, 0.01, 1000.0, " m")?),

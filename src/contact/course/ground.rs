@@ -1,4 +1,4 @@
-//! The ground of a course, with other gaps and bumps in every lane.
+//! The ground of a course, with another slope, other gaps and bumps in every lane.
 
 use crate::asset::CourseInstance;
 use crate::contact::geometry::strip_distance;
@@ -6,7 +6,7 @@ use crate::contact::{SupportHit, SurfaceHit};
 use crate::math::{Real, Vec3};
 use glam::DVec3;
 
-/// Level ground at y = 0 with gaps, or rough ground.
+/// Level ground at y = 0 with gaps, or a slope through the origin; either may be rough, but not where there are gaps.
 #[derive(Clone, Debug)]
 pub(super) struct LaneGround<R: Real> {
     /// False where the course stands on the shared world.
@@ -15,6 +15,10 @@ pub(super) struct LaneGround<R: Real> {
     /// One where it is so, else zero.
     carves: R,
     grippable: R,
+    /// By how much it rises along -z, m per m.
+    slope: R,
+    /// Whether any lane's does.
+    sloping: bool,
     /// z of the near and the far brink, nearest first.
     gaps: Vec<(R, R)>,
     bumps: Option<LaneBumps<R>>,
@@ -41,6 +45,8 @@ impl<R: Real> LaneGround<R> {
             friction: zero,
             carves: zero,
             grippable: zero,
+            slope: zero,
+            sloping: false,
             gaps: vec![(zero, zero); instance.gaps.len()],
             bumps: instance.bumps.as_ref().map(|b| LaneBumps {
                 columns: b.columns,
@@ -75,6 +81,8 @@ impl<R: Real> LaneGround<R> {
         self.friction.set_lane(lane, friction);
         self.carves.set_lane(lane, number(material.carves));
         self.grippable.set_lane(lane, number(material.grippable));
+        self.slope.set_lane(lane, instance.slope);
+        self.sloping = (0..R::LANES).any(|lane| self.slope.lane(lane) != 0.0);
         for (own, gap) in self.gaps.iter_mut().zip(&instance.gaps) {
             own.0.set_lane(lane, gap.0);
             own.1.set_lane(lane, gap.1);
@@ -101,8 +109,8 @@ impl<R: Real> LaneGround<R> {
             grippable: half.lt(self.grippable),
             ..SurfaceHit::nothing()
         };
-        if let Some(bumps) = &self.bumps {
-            let (height, normal) = bumps.surface(point);
+        if self.bumps.is_some() || self.sloping {
+            let (height, normal) = self.surface(point);
             (hit.distance, hit.normal) = ((point.y - height) * normal.y, normal);
         } else if !self.gaps.is_empty() {
             hit.distance = R::splat(1e9);
@@ -125,15 +133,22 @@ impl<R: Real> LaneGround<R> {
             return None;
         }
         let Some(bumps) = &self.bumps else { return self.query(point).map(|hit| hit.distance) };
-        let over = point.y - bumps.amplitude;
+        let mut over = point.y - bumps.amplitude;
+        if self.sloping {
+            // From the plane over all bumps: the way up times the cosine of its slope; below it, no less than the way up.
+            over += self.slope * point.z;
+            let cosine = R::one() / (R::one() + self.slope * self.slope).sqrt();
+            over = over.min(over * cosine);
+        }
         let close = over.lt(R::splat(HIGH));
         if !R::any(close) {
             return Some(over);
         }
-        // No slope between neighbours is more than twice the amplitude over the spacing, along x and along z.
+        // No slope between neighbours is more than twice the amplitude over the spacing, along x and along z, and the ground's own along z.
         let slope = bumps.amplitude * R::splat(2.0 / bumps.spacing);
-        let cosine = (R::one() + slope * slope * R::splat(2.0)).sqrt().recip();
-        let (height, _) = bumps.surface(point);
+        let along = slope + self.slope.abs();
+        let cosine = (R::one() + slope * slope + along * along).sqrt().recip();
+        let (height, _) = self.surface(point);
         Some(R::select(close, ((point.y - height) * cosine).max(over), over))
     }
 
@@ -144,14 +159,26 @@ impl<R: Real> LaneGround<R> {
         }
         let zero = R::zero();
         let mut hit = SupportHit { height: zero, found: zero.lt(R::one()), ..SupportHit::nothing() };
-        if let Some(bumps) = &self.bumps {
-            (hit.height, hit.normal) = bumps.surface(point);
+        if self.bumps.is_some() || self.sloping {
+            (hit.height, hit.normal) = self.surface(point);
         }
         for (near, far) in &self.gaps {
             hit.found = hit.found & !(point.z.lt(*near) & far.lt(point.z));
         }
         hit.height = R::select(hit.found, hit.height, R::splat(SupportHit::<R>::BOTTOMLESS));
         Some(hit)
+    }
+
+    /// Height and outward unit normal under a point where there are no gaps.
+    #[inline]
+    fn surface(&self, point: Vec3<R>) -> (R, Vec3<R>) {
+        match &self.bumps {
+            Some(bumps) => bumps.surface(point, self.slope),
+            None => {
+                let cosine = R::one() / (R::one() + self.slope * self.slope).sqrt();
+                (-self.slope * point.z, Vec3 { x: R::zero(), y: cosine, z: self.slope * cosine })
+            }
+        }
     }
 
     /// z of the near and the far brink of every piece of ground.
@@ -164,10 +191,12 @@ impl<R: Real> LaneGround<R> {
 }
 
 impl<R: Real> LaneBumps<R> {
-    /// Height and outward unit normal under a point, lane by lane: bilinear between nodes, level beyond them.
+    /// Height and outward unit normal under a point, lane by lane, on ground that rises by `slope` along -z: bilinear between nodes, even beyond
+    /// them.
     #[inline]
-    fn surface(&self, point: Vec3<R>) -> (R, Vec3<R>) {
-        let (mut height, mut normal) = (R::zero(), Vec3::splat(DVec3::Y));
+    fn surface(&self, point: Vec3<R>, slope: R) -> (R, Vec3<R>) {
+        let cosine = R::one() / (R::one() + slope * slope).sqrt();
+        let (mut height, mut normal) = (-slope * point.z, Vec3 { x: R::zero(), y: cosine, z: slope * cosine });
         let end = [(self.columns - 1) as f64, (self.rows - 1) as f64];
         for lane in 0..R::LANES {
             let (x, z) = self.origin[lane];
@@ -180,10 +209,11 @@ impl<R: Real> LaneBumps<R> {
             let (s, t) = (u[0] - i as f64, u[1] - j as f64);
             let h = |i: usize, j: usize| self.heights[j * self.columns + i].lane(lane);
             let (a, b, c, d) = (h(i, j), h(i + 1, j), h(i, j + 1), h(i + 1, j + 1));
-            height.set_lane(lane, (a * (1.0 - s) + b * s) * (1.0 - t) + (c * (1.0 - s) + d * s) * t);
+            let (rise, z) = (slope.lane(lane), point.z.lane(lane));
+            height.set_lane(lane, (a * (1.0 - s) + b * s) * (1.0 - t) + (c * (1.0 - s) + d * s) * t - rise * z);
             let slope_x = ((b - a) * (1.0 - t) + (d - c) * t) / self.spacing;
             let slope_z = ((c - a) * (1.0 - s) + (d - b) * s) / self.spacing;
-            normal.set_lane(lane, DVec3::new(-slope_x, 1.0, -slope_z).normalize());
+            normal.set_lane(lane, DVec3::new(-slope_x, 1.0, rise - slope_z).normalize());
         }
         (height, normal)
     }

@@ -4,7 +4,7 @@ use crate::contact::GeometryHit;
 use crate::math::{Real, Vec3};
 use glam::DVec3;
 
-/// Heights at the nodes of a square grid, interpolated bilinearly; flat at the border height beyond the grid.
+/// Heights at the nodes of a square grid, interpolated bilinearly; flat at the border height beyond the grid. All of it may be tilted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
     origin: DVec3,
@@ -12,6 +12,8 @@ pub struct HeightField {
     columns: usize,
     rows: usize,
     heights: Vec<f64>,
+    /// By how much it rises along -z besides, from z = 0 on, m per m.
+    slope: f64,
     /// Cosine of an angle that no slope of the field exceeds.
     steepest: f64,
 }
@@ -61,8 +63,14 @@ impl HeightField {
         if let Some(value) = bad {
             return Err(HeightFieldError::Value { field: "height", value, valid: "a finite length in m" });
         }
+        Ok(Self { origin, spacing, columns, rows, heights, slope: 0.0, steepest: 1.0 }.tilted(0.0))
+    }
+
+    /// The same field, rising by `slope` (m per m) along -z besides: by nothing at z = 0.
+    pub fn tilted(mut self, slope: f64) -> Self {
         // Bilinear slopes lie between those of the cells' edges.
         let (mut along_x, mut along_z) = (0.0_f64, 0.0_f64);
+        let (heights, columns, spacing) = (&self.heights, self.columns, self.spacing);
         for (k, height) in heights.iter().enumerate() {
             if (k + 1) % columns != 0 {
                 along_x = along_x.max((heights[k + 1] - height).abs() / spacing);
@@ -71,8 +79,10 @@ impl HeightField {
                 along_z = along_z.max((heights[k + columns] - height).abs() / spacing);
             }
         }
-        let steepest = 1.0 / (1.0 + along_x * along_x + along_z * along_z).sqrt();
-        Ok(Self { origin, spacing, columns, rows, heights, steepest })
+        along_z += slope.abs();
+        self.steepest = 1.0 / (1.0 + along_x * along_x + along_z * along_z).sqrt();
+        self.slope = slope;
+        self
     }
 
     /// Height and its slopes along x and z at one place.
@@ -90,7 +100,9 @@ impl HeightField {
         let inside = |v: f64, count: usize| v >= 0.0 && v <= (count - 1) as f64 * self.spacing;
         let slope_x = ((b - a) * (1.0 - t) + (d - c) * t) / self.spacing;
         let slope_z = ((c - a) * (1.0 - s) + (d - b) * s) / self.spacing;
-        (height, if inside(u, self.columns) { slope_x } else { 0.0 }, if inside(v, self.rows) { slope_z } else { 0.0 })
+        let slope_x = if inside(u, self.columns) { slope_x } else { 0.0 };
+        let slope_z = if inside(v, self.rows) { slope_z } else { 0.0 };
+        (height - self.slope * z, slope_x, slope_z - self.slope)
     }
 
     /// Distance along the local normal: exact on a slope, of first order elsewhere. Non-finite points are far away.
