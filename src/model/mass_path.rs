@@ -4,8 +4,8 @@ use super::{CharacterModel, ModelPose};
 use crate::asset::clip::Pose;
 use glam::{DQuat, DVec3};
 
-/// Gravity of flights in key poses, m/s^2.
-pub(crate) const GRAVITY: f64 = 9.81;
+/// Gravity of flights in key poses, and what a body weight is reckoned by, m/s^2: the default of simulations.
+pub const GRAVITY: f64 = 9.81;
 
 /// A time between take-off and landing.
 #[derive(Clone, Copy, Debug, PartialEq)]

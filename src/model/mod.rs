@@ -38,6 +38,7 @@ pub use import_motion::{ImportMotionError, ImportWarning, ImportedMotion, import
 pub use inverse_kinematics::{BodySize, LandmarkTarget, PoseFit, PoseSolver};
 pub use key_contacts::KeyContact;
 pub use key_poses::{KeyPose, KeyPoseError, KeyPoses};
+pub use mass_path::GRAVITY;
 pub use mjcf::export_mjcf;
 pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
 pub use position_import::{

@@ -1,6 +1,7 @@
 //! Steps and strides, and the mean of each quantity over the cycle.
 
 use super::samples::{FootGait, GaitError, GaitRecording};
+use crate::model::GRAVITY;
 use serde::Serialize;
 
 /// Points of a curve: every 2 % of the cycle, 0 to 100.
@@ -180,7 +181,7 @@ pub fn gait_report(recording: &GaitRecording) -> Result<GaitReport, GaitError> {
     report.stance = stance_part / n;
     report.heel_first = heels as f64 / steps.max(1) as f64;
     let power = recording.samples.iter().map(|s| s.power).sum::<f64>() / count;
-    report.cost_of_transport = power / (recording.mass * 9.81 * report.speed.max(1e-6));
+    report.cost_of_transport = power / (recording.mass * GRAVITY * report.speed.max(1e-6));
     let [force, moment, ankle, toes] = curves.map(|c| mean_of(&c));
     (report.vertical_force, report.ankle_moment, report.ankle, report.toes) = (force, moment, ankle, toes);
     report.pressure_path = mean_of(&paths);
@@ -228,7 +229,7 @@ mod tests {
         let sample = |k: u32| {
             let time = f64::from(k) / 200.0 + 0.0025;
             let velocity = glam::DVec3::NEG_Z * 1.2;
-            GaitSample { time, feet: [foot(time), foot(time + 0.5)], velocity, power: 50.0 * 9.81 * 1.2 }
+            GaitSample { time, feet: [foot(time), foot(time + 0.5)], velocity, power: 50.0 * GRAVITY * 1.2 }
         };
         GaitRecording { samples: (0..5000).map(sample).collect(), rate: 200.0, mass: 50.0, joints: vec!["heel".into()] }
     }

@@ -1,11 +1,10 @@
 //! The samples of a walk for other programs.
 
 use super::samples::GaitRecording;
+use crate::model::GRAVITY;
 use glam::DVec3;
 use std::fmt::Write;
 
-/// Standard gravity, m/s^2.
-const GRAVITY: f64 = 9.81;
 const SIDES: [&str; 2] = ["left", "right"];
 
 /// A table with a line of names.

@@ -5,15 +5,13 @@ use crate::control::PolicyError;
 use crate::control::foot::{BasicPose, FootAnatomy, FootError};
 use crate::control::tracking::Heading;
 use crate::math::RandomStream;
-use crate::model::SharedModel;
+use crate::model::{GRAVITY, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
 use crate::skill::{Director, DirectorInput, Disturbance, PELVIS};
 use glam::DVec3;
 
 /// Measurements per second, about: a whole number of steps lies between two.
 pub const SAMPLE_RATE: f64 = 200.0;
-/// Standard gravity, m/s^2: what a body weight is.
-const GRAVITY: f64 = 9.81;
 
 /// How to walk.
 #[derive(Clone, Copy, Debug)]
@@ -136,10 +134,9 @@ impl Known {
         let all = || anatomy.segments().iter().flat_map(|s| s.points.iter().map(move |p| (s.link, *p)));
         let rear = all().map(|(link, (at, r, _))| along(link, at) - r).fold(f64::INFINITY, f64::min);
         let front = all().map(|(link, (at, r, _))| along(link, at) + r).fold(f64::NEG_INFINITY, f64::max);
-        let ankle = along(anatomy.ankle(), DVec3::ZERO);
+        let (behind, _) = anatomy.rear_and_front();
         let point = |(link, (at, _, k)): (usize, (DVec3, f64, usize))| {
-            let x = along(link, at);
-            (k, (x - rear) / (front - rear).max(1e-6), x < ankle)
+            (k, (along(link, at) - rear) / (front - rear).max(1e-6), behind.contains(&k))
         };
         let points = all().map(point).collect();
         // The medial ones of several.

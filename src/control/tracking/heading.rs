@@ -24,6 +24,12 @@ impl<R: Real> Heading<R> {
         let back = rotation.rotate(Vec3::new(R::zero(), R::zero(), R::one()));
         Self { c: back.z, s: back.x }.normalized()
     }
+    /// Length of the part over the ground of an orientation's -Z axis, 0 to 1: at 0 it has no heading.
+    #[inline(always)]
+    pub fn certainty(rotation: Quat<R>) -> R {
+        let back = rotation.rotate(Vec3::new(R::zero(), R::zero(), R::one()));
+        back.x.mul_add(back.x, back.z * back.z).sqrt()
+    }
     /// The heading of a direction over the ground.
     pub fn towards(direction: glam::DVec3) -> Self {
         Self { c: R::splat(-direction.z), s: R::splat(-direction.x) }.normalized()

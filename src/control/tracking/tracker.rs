@@ -8,7 +8,10 @@
 //! one. With a largest drift the anchor follows the character, so that a pushed skater goes on from where it is; without one the
 //! reference keeps its place.
 
-use crate::asset::{StateError, StateReader, StateWriter};
+mod errors;
+mod gait;
+mod state;
+
 use crate::contact::Terrain;
 use crate::control::terms::{BodyFrame, ObservationLayout, ObservationTerm, View};
 use crate::control::tracking::gathered::Gathered;
@@ -17,6 +20,8 @@ use crate::math::{Quat, Real, Vec3};
 use crate::model::ModelPose;
 use crate::sim::Simulator;
 use std::sync::Arc;
+
+pub use errors::TrackingTerms;
 
 /// How a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,39 +55,10 @@ impl Default for TrackerOptions {
 
 /// How fast the reference's height follows a foothold, m in a decision: a step up or down is taken over two or three of them.
 const FOLLOW_HEIGHT: f64 = 0.05;
-/// Time in which a gait takes up the lean of a turn, s.
-const LEAN_TIME: f64 = 0.2;
-/// Tangent of half of the most that it leans.
-const MOST_LEAN: f64 = 0.25;
-/// Least gravity by which a lean is reckoned, m/s^2.
-const LEAST_GRAVITY: f64 = 0.1;
-/// Turns slower than this are turned standing, rad/s.
-const STANDS: f64 = 0.05;
+/// Where the part over the ground of the root's -Z axis (body or reference) is shorter than this, the reference's heading is left as it is.
+const CERTAIN: f64 = 0.5;
 /// Height above the root from which the ground ahead is looked for, m.
 const SCAN_FROM: f64 = 0.5;
-
-/// Squared errors of the lanes against their references.
-#[derive(Clone, Copy, Debug)]
-pub struct TrackingTerms<R> {
-    /// Mean squared joint angle, rad^2.
-    pub pose: R,
-    /// Mean squared joint velocity error, (rad/s)^2.
-    pub velocity: R,
-    /// Mean squared distance of the end links, relative to the root, m^2.
-    pub ends: R,
-    /// Squared angle between the roots' rotations, rad^2.
-    pub root: R,
-    /// Squared error of the root's angular velocity, (rad/s)^2.
-    pub spin: R,
-    /// Height of the centre of mass against the reference's, m.
-    pub height: R,
-    /// Squared error of the centre of mass's velocity, (m/s)^2.
-    pub com_velocity: R,
-    /// Squared horizontal distance of the root, m^2.
-    pub place: R,
-    /// Mean squared angle of the feet's joints, rad^2.
-    pub feet: R,
-}
 
 /// Reference, phase, place and targets of every lane.
 #[derive(Clone, Debug)]
@@ -289,69 +265,6 @@ impl<R: Real> Tracker<R> {
         }
     }
 
-    /// Tick, place and targets of a lane; the motion itself is not part of it.
-    pub fn write_state(&self, lane: usize, out: &mut StateWriter) {
-        out.count(self.ticks[lane]);
-        out.number(self.fractions[lane]);
-        out.number(self.paces[lane]);
-        out.number(self.lean.lane(lane));
-        out.number(self.turning.lane(lane));
-        out.number(self.anchor_heading.c.lane(lane));
-        out.number(self.anchor_heading.s.lane(lane));
-        out.vector(self.anchor_place.lane(lane));
-        out.number(self.speed.lane(lane));
-        out.number(self.support.height.lane(lane));
-        out.vector(self.support.velocity.lane(lane));
-        out.count(self.values[lane].len());
-        self.values[lane].iter().for_each(|v| out.number(*v));
-        self.parameters.iter().for_each(|v| out.number(v.lane(lane)));
-        out.count(self.scan.len());
-        self.scan.iter().for_each(|v| out.number(v.lane(lane)));
-        self.alphas.iter().for_each(|v| out.number(v.lane(lane)));
-        out.count(self.to.len());
-        for q in self.from.iter().chain(&self.to) {
-            out.rotation(q.lane(lane));
-        }
-    }
-
-    /// Brings a lane to where one of a tracker of the same motion was.
-    pub fn read_state(&mut self, lane: usize, from: &mut StateReader) -> Result<(), StateError> {
-        let tick = from.below("tick of the motion", self.motion.last() + 1)?;
-        let fraction = from.number("part of the tick")?;
-        if !(0.0..1.0).contains(&fraction) {
-            return Err(StateError::value("part of the tick", fraction, "0 to 1"));
-        }
-        self.paces[lane] = from.number("pace of the reference")?;
-        self.lean.set_lane(lane, from.number("lean of the reference")?);
-        self.turning.set_lane(lane, from.number("turn of the reference")?);
-        self.anchor_heading.c.set_lane(lane, from.number("heading of the reference")?);
-        self.anchor_heading.s.set_lane(lane, from.number("heading of the reference")?);
-        self.anchor_place.set_lane(lane, from.vector("place of the reference")?);
-        self.speed.set_lane(lane, from.number("commanded speed")?);
-        self.support.height.set_lane(lane, from.number("height of the support")?);
-        self.support.velocity.set_lane(lane, from.vector("velocity of the support")?);
-        from.exactly("number of parameters", self.values[lane].len())?;
-        for value in &mut self.values[lane] {
-            *value = from.number("parameter")?;
-        }
-        for value in &mut self.parameters {
-            value.set_lane(lane, from.number("parameter")?);
-        }
-        from.exactly("number of heights ahead", self.scan.len())?;
-        for value in &mut self.scan {
-            value.set_lane(lane, from.number("height ahead")?);
-        }
-        self.enter_at(lane, tick, fraction);
-        for value in &mut self.alphas {
-            value.set_lane(lane, from.number("gain")?);
-        }
-        from.exactly("number of targets", self.to.len())?;
-        for q in self.from.iter_mut().chain(&mut self.to) {
-            q.set_lane(lane, from.rotation("target")?);
-        }
-        Ok(())
-    }
-
     /// Takes lane `lane` over as it moves: the reference goes on from tick `tick`, put where the body is and turned so that
     /// both travel the same way (face the same way, where the body is slower than 0.5 m/s). Targets start from where the
     /// servos have them.
@@ -406,17 +319,6 @@ impl<R: Real> Tracker<R> {
         self.anchor_place.y = height;
     }
 
-    /// The rotation by which a gait leans, in the reference's own world.
-    fn lean_rotation(&self, reference: &Gathered<R>) -> Quat<R> {
-        let w = self.lean.mul_add(self.lean, R::one()).sqrt().recip();
-        Quat { v: reference.travel * (self.lean * w), w }
-    }
-
-    /// A place in the reference's own world, about the line on the ground on which a gait goes.
-    fn leaned(&self, place: Vec3<R>, reference: &Gathered<R>) -> Vec3<R> {
-        if self.motion.levels().is_empty() { place } else { self.lean_rotation(reference).rotate(place) }
-    }
-
     /// Where the root of lane `lane` is over the ground at tick `tick` of the motion's own world, m, warped to the lane's parameters.
     pub fn place_of(&mut self, lane: usize, tick: usize) -> glam::DVec3 {
         self.enter(lane, tick);
@@ -443,19 +345,6 @@ impl<R: Real> Tracker<R> {
         }
         self.now.set_lane(lane, &self.motion, tick, &self.values[lane]);
         self.next.set_lane(lane, &self.motion, self.following(tick), &self.values[lane]);
-    }
-
-    /// Puts a lane of a gait at a phase, ticks.
-    fn stride(&mut self, lane: usize, phase: f64) {
-        let motion = &self.motion;
-        let around = |phase: f64| if phase >= motion.last() as f64 { phase - motion.last() as f64 } else { phase };
-        let (phase, pace) = (around(phase), self.paces[lane]);
-        self.ticks[lane] = phase as usize;
-        self.fractions[lane] = phase - self.ticks[lane] as f64;
-        motion.sample(phase, pace, &mut self.sampled);
-        self.now.put(lane, &self.sampled);
-        motion.sample(around(phase + motion.phase_step(pace)), pace, &mut self.sampled);
-        self.next.put(lane, &self.sampled);
     }
 
     /// The tick after `tick`, counted within the cycle for its pose.
@@ -601,25 +490,10 @@ impl<R: Real> Tracker<R> {
     pub fn advance(&mut self, sim: &Simulator<R>) {
         core::mem::swap(&mut self.now, &mut self.next);
         let motion = self.motion.clone();
-        let gravity = sim.settings().gravity.length().max(LEAST_GRAVITY);
+        let gravity = sim.settings().gravity.length();
         for lane in 0..R::LANES {
             if !motion.levels().is_empty() {
-                let gone = self.anchor_place.lane(lane) + self.gone(lane);
-                self.anchor_place.set_lane(lane, gone);
-                let turning = self.turning.lane(lane) * motion.tick_rate();
-                let mut wanted = motion.pace(self.speed.lane(lane));
-                if let Some(step) = motion.step_on_the_spot().filter(|_| turning.abs() > STANDS) {
-                    wanted = wanted.max(step);
-                }
-                let phase = self.ticks[lane] as f64 + self.fractions[lane];
-                let most = self.options.acceleration / motion.tick_rate();
-                let (phase, pace) = motion.after(phase, self.paces[lane], wanted, most);
-                self.paces[lane] = pace;
-                // What is turned at v with omega is drawn outwards by v omega: tan(angle) = v omega / g.
-                let lean = (-0.5 * self.paces[lane] * turning / gravity).clamp(-MOST_LEAN, MOST_LEAN);
-                let (old, part) = (self.lean.lane(lane), 1.0 / (LEAN_TIME * motion.tick_rate()).max(1.0));
-                self.lean.set_lane(lane, old + (lean - old) * part);
-                self.stride(lane, phase);
+                self.stride_on(lane, gravity);
                 continue;
             }
             let tick = self.ticks[lane];
@@ -646,67 +520,20 @@ impl<R: Real> Tracker<R> {
         }
     }
 
-    /// How far the reference of a gait goes in a decision, world axes, m.
-    fn gone(&self, lane: usize) -> glam::DVec3 {
-        let along = self.now.travel.lane(lane) * (self.paces[lane] / self.motion.tick_rate());
-        self.heading(lane).to_world(Vec3::splat(along)).lane(0)
-    }
-
     /// Drags the anchors along: first their headings, then their places.
     fn follow(&mut self, sim: &Simulator<R>, max_reference_drift: f64) {
-        let here = Heading::of(sim.state.root_rotation);
-        let turn = here.relative_to(Heading::of(self.reference_rotation()));
+        let (body, reference) = (sim.state.root_rotation, self.reference_rotation());
+        let turn = Heading::of(body).relative_to(Heading::of(reference));
         let limit = R::splat(self.options.max_heading_drift);
-        self.turn((turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero()));
+        let over = (turn.s - limit).max(R::zero()) + (turn.s + limit).min(R::zero());
+        // Head over heels the heading jumps by half a turn: nothing to follow.
+        let certain = Heading::certainty(body).min(Heading::certainty(reference));
+        self.turn(over.masked(R::splat(CERTAIN).lt(certain)));
 
         let mut away = sim.state.root_position - self.reference_root();
         away.y = R::zero();
         let distance = away.length().max(R::splat(1e-6));
         let part = ((distance - R::splat(max_reference_drift)).max(R::zero())) / distance;
         self.anchor_place += away * part;
-    }
-
-    /// How far the lanes are from their references. `weights` are those of the joints, `feet` the joints that are feet.
-    pub fn terms(&self, sim: &mut Simulator<R>, weights: &[f64], feet: &[usize]) -> TrackingTerms<R> {
-        let com_velocity = sim.total_momentum().linear * R::splat(1.0 / sim.model().mass());
-        let com = sim.center_of_mass();
-        let (mut pose, mut velocity, mut sum) = (R::zero(), R::zero(), 0.0);
-        let off = |joint: Quat<R>, wanted: Quat<R>| (joint.conjugate() * wanted).to_rotation_vector();
-        let wanted = self.now.joints.iter().zip(&self.now.joint_velocities);
-        for (((wanted, speed), joint), weight) in wanted.zip(&sim.state.joints).zip(weights).skip(1) {
-            let part = R::splat(*weight);
-            let error = off(joint.rotation, *wanted);
-            pose = error.length_squared().mul_add(part, pose);
-            velocity = (joint.velocity - *speed).length_squared().mul_add(part, velocity);
-            sum += weight;
-        }
-        let mean = R::splat(1.0 / sum.max(1e-9));
-        let links = sim.kinematics();
-        let mut ends = R::zero();
-        for (&link, place) in self.motion.ends().iter().zip(&self.now.ends) {
-            let place = self.anchor_heading.to_world(self.leaned(*place, &self.now));
-            ends += (links[link].origin - place).length_squared();
-        }
-        let part = R::splat(1.0 / feet.len().max(1) as f64);
-        let foot = |k: &usize| off(sim.state.joints[*k].rotation, self.now.joints[*k]).length_squared() * part;
-        let feet = feet.iter().fold(R::zero(), |sum, k| sum + foot(k));
-        // Cosine of the lean.
-        let lean = self.lean * self.lean;
-        let upright = (R::one() - lean) * (R::one() + lean).recip();
-        let root = (sim.state.root_rotation.conjugate() * self.reference_rotation()).to_rotation_vector();
-        let spin = sim.state.root_velocity.angular - self.anchor_heading.to_world(self.now.root_angular);
-        let mut away = sim.state.root_position - self.reference_root();
-        away.y = R::zero();
-        TrackingTerms {
-            pose: pose * mean,
-            velocity: velocity * mean,
-            ends: ends * R::splat(1.0 / self.motion.ends().len().max(1) as f64),
-            root: root.length_squared(),
-            spin: spin.length_squared(),
-            height: com.y - (self.now.com_height * upright + self.anchor_place.y),
-            com_velocity: (com_velocity - self.wanted_velocity()).length_squared(),
-            place: away.length_squared(),
-            feet,
-        }
     }
 }

@@ -1,5 +1,6 @@
-//! A body as another skill's policy leaves it: where trials of the skill that follows begin.
+//! A body as another skill leaves it: where trials of the skill that follows begin.
 
+use crate::control::tracking::TrackedMotion;
 use crate::math::Real;
 use crate::sim::Simulator;
 use glam::{DQuat, DVec3};
@@ -24,6 +25,21 @@ pub struct HandOver {
 }
 
 impl HandOver {
+    /// A body exactly on a motion at the tick at which it is left, at a mean `speed` (m/s).
+    pub(crate) fn of_motion(motion: &TrackedMotion, leave: usize, speed: f64) -> Self {
+        let left = motion.tick(leave);
+        let (pose, velocity) = (&left.pose, &left.velocity);
+        Self {
+            height: pose.root_position.y - left.support,
+            rotation: pose.root_rotation,
+            joints: pose.joints.clone(),
+            linear: velocity.root_linear + left.travel * (speed - motion.mean_speed()),
+            angular: velocity.root_angular,
+            joint_velocities: velocity.joints.clone(),
+            targets: pose.joints.clone(),
+        }
+    }
+
     /// Puts a lane into it, its root above `place`, whose height is that of the ground.
     pub(crate) fn put<R: Real>(&self, sim: &mut Simulator<R>, lane: usize, place: DVec3) {
         sim.state.set_pose(lane, place + DVec3::Y * self.height, self.rotation, &self.joints);
