@@ -5,9 +5,9 @@ use crate::contact::{CourseTerrain, Surface, Terrain, World};
 use crate::control::PolicyError;
 use crate::control::tracking::Heading;
 use crate::math::{RandomStream, Vec3};
-use crate::model::{PointRole, SharedModel};
+use crate::model::{CharacterModel, SharedModel};
 use crate::sim::{SimulationSettings, Simulator, step};
-use crate::skill::{CourseView, Director, DirectorEvent, DirectorInput, Disturbance, PELVIS, forbidden_points};
+use crate::skill::{CourseView, Director, DirectorEvent, DirectorInput, Disturbance, TrainedSkill};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -108,6 +108,24 @@ pub fn run_course(
     Ok(perform(director, task, aside, &mut sim, &mut terrain, &mut look))
 }
 
+/// What is a fall in a skill: what its motion does is none.
+struct FallRule {
+    /// Contact points that may not touch.
+    forbidden: Vec<usize>,
+    /// Lowest height of the root over the ground, m.
+    pelvis: f64,
+}
+
+impl FallRule {
+    fn of(skill: &TrainedSkill, model: &CharacterModel) -> Self {
+        let definition = &skill.definition;
+        Self {
+            forbidden: definition.touch.forbidden_points(model, &skill.motion),
+            pelvis: definition.trial.pelvis_limit(&skill.motion),
+        }
+    }
+}
+
 fn perform(
     director: &mut Director,
     task: &CourseTask,
@@ -117,8 +135,7 @@ fn perform(
     look: &mut impl FnMut(&mut Simulator<f64>, &Director),
 ) -> Result<CourseRun, PolicyError> {
     let model = sim.model().clone();
-    let forbidden = forbidden_points(&model);
-    let hands = |p: &&usize| model.contact_points[**p].role == PointRole::Hand;
+    let rules: Vec<FallRule> = director.graph().skills().iter().map(|s| FallRule::of(&s.skill, &model)).collect();
     let (mut skills, mut plans) = (Vec::new(), Vec::new());
     let h = sim.step_seconds();
     loop {
@@ -140,16 +157,14 @@ fn perform(
                 _ => {}
             }
         }
-        let allowed = &director.player().skill().definition.touch.roles;
-        let with_hands = allowed.contains(&PointRole::Hand);
-        let touched = |p: &usize| sim.contact_force(*p, 0) != DVec3::ZERO;
-        let down = forbidden.iter().filter(|p| !(with_hands && hands(p))).any(touched);
+        let rule = &rules[director.skill()];
+        let down = rule.forbidden.iter().any(|p| sim.contact_force(*p, 0) != DVec3::ZERO);
         // In a hop down it is low over where it came from, but not over the ground.
         let low = |sim: &Simulator<f64>| {
             let ground = terrain.height(sim.state.root_position);
-            !ground.found || place.y - ground.height < PELVIS
+            !ground.found || place.y - ground.height < rule.pelvis
         };
-        let lies = place.y - director.player().support().height < PELVIS && low(sim);
+        let lies = place.y - director.player().support().height < rule.pelvis && low(sim);
         let end = if down || !sim.is_sane(0) || lies {
             CourseEnd::Fell
         } else if -place.z >= task.finish {

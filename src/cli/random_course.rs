@@ -120,7 +120,7 @@ pub fn random_course(
         let can = |c: &&Clearance| match c.kind {
             ObstacleKind::Up => !raised && down,
             ObstacleKind::Gap => !raised,
-            ObstacleKind::Down => raised,
+            ObstacleKind::Down => builder.platform.is_some_and(|p| (c.heights.0..=c.heights.1).contains(&p.1)),
             ObstacleKind::Over => true,
         };
         let possible: Vec<&Clearance> = builder.clears.iter().filter(can).collect();
@@ -205,6 +205,14 @@ mod tests {
         let found = random_course(&kinds, 10, &mut RandomStream::new(3, 1)).unwrap();
         assert!(found.obstacles.iter().all(|k| *k == ObstacleKind::Gap));
         assert!(random_course(&[], 10, &mut RandomStream::new(3, 1)).unwrap().obstacles.is_empty());
+    }
+
+    #[test]
+    fn nothing_drops_from_lower_than_it_can() {
+        let deep = Clearance { heights: (0.9, 2.0), skill: "roll".into(), ..clears(ObstacleKind::Down) };
+        let kinds = [clears(ObstacleKind::Up), clears(ObstacleKind::Gap), deep];
+        let found = random_course(&kinds, 20, &mut RandomStream::new(5, 1)).unwrap();
+        assert!(found.obstacles.iter().all(|kind| *kind != ObstacleKind::Down), "{:?}", found.obstacles);
     }
 
     #[test]

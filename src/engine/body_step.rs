@@ -114,7 +114,8 @@ impl AthleteBody {
     ) {
         self.simulator.state.time += self.simulator.step_seconds();
         let time = self.simulator.state.time;
-        self.detector.observe(sim, lane, time, touches, surroundings, &mut self.events);
+        let rolls = self.controller.rolls();
+        self.detector.observe(sim, lane, time, rolls, touches, surroundings, &mut self.events);
     }
 
     /// Whether it looks at body and ground before every step, and has to be stepped alone.
@@ -171,7 +172,8 @@ impl AthleteBody {
             ground.stepped(&self.simulator);
             let touches = Touches::of(&self.simulator, &self.detector);
             let time = self.simulator.state.time;
-            self.detector.observe(&mut self.simulator, 0, time, &touches, ground, &mut self.events);
+            let rolls = self.controller.rolls();
+            self.detector.observe(&mut self.simulator, 0, time, rolls, &touches, ground, &mut self.events);
             self.after_step(ground);
         }
     }

@@ -144,12 +144,13 @@ impl EventDetector {
         self.fallen = false;
     }
 
-    /// Looks at lane `lane` after a step; `time` is the body's, s.
+    /// Looks at lane `lane` after a step; `time` is the body's, s. With `rolls` the trunk may touch the ground: it is part of what is performed.
     pub fn observe<R: Real>(
         &mut self,
         sim: &mut Simulator<R>,
         lane: usize,
         time: f64,
+        rolls: bool,
         touches_now: &Touches<R>,
         surroundings: &impl Terrain<f64>,
         out: &mut Vec<BodyEvent>,
@@ -198,7 +199,7 @@ impl EventDetector {
         if self.fallen || on_trunk {
             let com = Vec3::<f64>::splat(sim.center_of_mass().lane(lane));
             let height = surroundings.query(com).distance;
-            if on_trunk && !self.fallen {
+            if on_trunk && !self.fallen && !rolls {
                 let hit = |(impulse, trunk): (&Vec3<R>, &bool)| *trunk && R::mask_lane(touches(impulse), lane);
                 let point = sim.state.contact_impulses.iter().zip(&self.trunk).position(hit);
                 if let (Some(point), true) = (point, height < FALLEN_BELOW * self.height) {

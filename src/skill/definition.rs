@@ -164,6 +164,8 @@ pub struct TouchOptions {
     pub roles: Vec<PointRole>,
     /// Points that the motion itself brings to the ground.
     pub as_motion: bool,
+    /// Contact points that may not, whatever the two fields before say: `["head"]` for a roll.
+    pub never: Vec<String>,
 }
 
 /// What is drawn at random for a trial.

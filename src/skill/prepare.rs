@@ -84,8 +84,17 @@ impl SkillDefinition {
         }
     }
 
-    /// Whether a character has the links that the skill names.
+    /// Whether a character has the links and the contact points that the skill names.
     pub fn check_links(&self, model: &CharacterModel) -> Result<(), SkillError> {
+        let points = || model.contact_points.iter().map(|p| p.name.as_str());
+        if let Some(name) = self.touch.never.iter().find(|name| points().all(|point| point != name.as_str())) {
+            return Err(SkillError::Value {
+                name: self.name.clone(),
+                field: "touch.never",
+                found: format!("the contact point `{name}`"),
+                valid: points().collect::<Vec<_>>().join(", "),
+            });
+        }
         let named = self.gain_action.iter().flat_map(|action| &action.links);
         match named.into_iter().find(|name| model.link_index(name).is_none_or(|link| link == 0)) {
             None => Ok(()),
@@ -126,12 +135,16 @@ impl TouchOptions {
     /// [`forbidden_points`] without those that are allowed to touch, where the motion is the reference.
     pub fn forbidden_points(&self, model: &CharacterModel, motion: &TrackedMotion) -> Vec<usize> {
         let mut forbidden = forbidden_points(model);
-        forbidden.retain(|&p| !self.roles.contains(&model.contact_points[p].role));
+        let never = |p: usize| self.never.contains(&model.contact_points[p].name);
+        forbidden.retain(|&p| never(p) || !self.roles.contains(&model.contact_points[p].role));
         if self.as_motion {
             let mut places = Vec::with_capacity(model.links.len());
             for tick in (0..=motion.last()).map(|k| motion.tick(k)) {
                 tick.pose.link_transforms(model, &mut places);
                 forbidden.retain(|&p| {
+                    if never(p) {
+                        return true;
+                    }
                     let point = &model.contact_points[p];
                     let place = places[point.link].position + places[point.link].rotation * point.position;
                     place.y - point.radius - tick.support > NEAR

@@ -23,6 +23,11 @@ pub(in crate::engine) enum Controller {
 }
 
 impl Controller {
+    /// Whether the trunk touches the ground as part of what is performed, as in a roll.
+    pub fn rolls(&self) -> bool {
+        matches!(self, Self::Direct { director, .. } if director.player().skill().definition.touch.as_motion)
+    }
+
     /// Whether the next step begins a decision, which looks at the body.
     pub fn at_decision(&self) -> bool {
         match self {
