@@ -42,17 +42,24 @@ impl Join {
         }
         check_output("--out", &self.out)?;
         let model = load_character(&self.character)?;
-        let clips = self.files.iter().map(|file| load_motion(file, self.map.as_deref(), &model));
-        let clips = clips.collect::<Result<Vec<_>, _>>()?;
+        let (mut clips, mut lift) = (Vec::new(), 0.0_f64);
+        for file in &self.files {
+            let (clip, by) = load_motion(file, self.map.as_deref(), &model)?.lifted_clear(&model)?;
+            lift = lift.max(by);
+            clips.push(clip);
+        }
         let name = self.out.file_name().and_then(|n| n.to_str()).and_then(|n| n.split('.').next()).unwrap_or("joined");
         let (joined, parts) = MotionClip::joined(name, &clips, self.frame_rate)?;
         joined.save(&self.out)?;
         if self.json {
-            say_json(&json!({ "clip": self.out, "gait": parts }))?;
+            say_json(&json!({ "clip": self.out, "gait": parts, "lifted_m": lift }))?;
         } else {
             let parts: Vec<String> = parts.iter().map(|(from, to)| format!("({from:.6}, {to:.6})")).collect();
             say(&format!("{}: {} poses", self.out.display(), joined.poses.len()))?;
             say(&format!("gait: [{}]", parts.join(", ")))?;
+            if lift > 0.0 {
+                say(&format!("root lifted by up to {lift:.3} m where a motion is below the ground"))?;
+            }
         }
         Ok(ExitCode::SUCCESS)
     }
