@@ -14,6 +14,12 @@ pub struct Material {
     pub grippable: bool,
 }
 
+impl Default for Material {
+    fn default() -> Self {
+        Self::GROUND
+    }
+}
+
 impl Material {
     /// Ordinary ground.
     pub const GROUND: Self = Self { id: 0, carves: false, grippable: false };

@@ -1,6 +1,7 @@
 //! What a character can touch: a signed distance with a normal, a velocity and what the surface is made of; and the heights
 //! of what it can step on.
 
+use crate::asset::Material;
 use crate::contact::ContactCandidate;
 use crate::math::{Real, Sym3, Vec3};
 use glam::DVec3;
@@ -153,6 +154,17 @@ pub trait Terrain<R: Real> {
         None
     }
 
+    /// What the surface nearest to `point` (world frame, m) is made of in lane `lane`, for sounds and tracks: asked now and then, never in a step. A terrain
+    /// that knows no better tells ice, what can be held on to, and ground apart.
+    fn material(&self, lane: usize, point: DVec3) -> Material {
+        let hit = self.query(Vec3::splat(point));
+        match (R::mask_lane(hit.carves, lane), R::mask_lane(hit.grippable, lane)) {
+            (true, _) => Material::ICE,
+            (false, true) => Material::RAIL,
+            (false, false) => Material::GROUND,
+        }
+    }
+
     /// True if something in it may give way; then `surface_inverse_mass` is asked in every step with contact.
     #[inline]
     fn is_compliant(&self) -> bool {
@@ -188,6 +200,9 @@ impl<R: Real, T: Terrain<R>> Terrain<R> for &T {
     }
     fn anchor(&self, lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
         T::anchor(self, lane, solid, place)
+    }
+    fn material(&self, lane: usize, point: DVec3) -> Material {
+        T::material(self, lane, point)
     }
     #[inline]
     fn is_compliant(&self) -> bool {

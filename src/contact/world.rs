@@ -2,7 +2,7 @@
 
 use crate::contact::geometry::near_top_edge;
 use crate::contact::terrain::STEP_UP;
-use crate::contact::{AnchorMotion, Geometry, SupportHit, Surface, SurfaceHit, Terrain};
+use crate::contact::{AnchorMotion, Geometry, Material, SupportHit, Surface, SurfaceHit, Terrain};
 use crate::math::{Mat3, Real, Vec3};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -178,6 +178,12 @@ impl<R: Real> Terrain<R> for World {
 
     fn anchor(&self, _lane: usize, solid: usize, place: DVec3) -> Option<AnchorMotion> {
         self.solids.get(solid).map(|solid| solid.anchor(place))
+    }
+
+    fn material(&self, _lane: usize, point: DVec3) -> Material {
+        let away = |solid: &Solid| solid.geometry.signed_distance(Vec3::<f64>::splat(point)).distance;
+        let nearest = self.solids.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        nearest.map_or(Material::GROUND, |solid| solid.surface.material)
     }
 
     #[inline]

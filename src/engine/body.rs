@@ -1,7 +1,7 @@
 //! The simulation of one athlete.
 
 use crate::contact::BladeEdge;
-use crate::control::balance::{Balance, BalanceError, BalanceSettings, Stance};
+use crate::control::balance::{AnkleStance, Balance, BalanceError, BalanceSettings, Stance};
 use crate::control::tracking::Heading;
 use crate::control::{ControlError, ControlPlayer, ReconstructedControl, TrackingError, tracking_error};
 use crate::engine::controller::Controller;
@@ -200,6 +200,14 @@ impl AthleteBody {
         balance.assume(stance.clone())?;
         self.give(Controller::Balance { balance: Box::new(balance), stance, begun: false });
         Ok(())
+    }
+
+    /// What its feet are asked to stand on while it balances, by their number in the character; `None` while it does not.
+    pub fn feet_asked(&self) -> Option<&[AnkleStance]> {
+        match &self.controller {
+            Controller::Balance { stance, .. } => Some(&stance.feet),
+            _ => None,
+        }
     }
 
     fn give(&mut self, controller: Controller) {

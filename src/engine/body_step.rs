@@ -136,6 +136,10 @@ impl AthleteBody {
         self.collect_events();
         let time = self.simulator.state.time;
         match &mut self.controller {
+            Controller::Balance { balance, .. } => {
+                self.detector.observe_balance(balance.outside(), time, &mut self.events);
+                false
+            }
             Controller::Direct { director, finished } => {
                 if finished.is_none() && director.is_finished() {
                     *finished = Some(time);
@@ -150,7 +154,7 @@ impl AthleteBody {
                 self.events.push(BodyEvent::Finished { time });
                 true
             }
-            Controller::Hold | Controller::Play { .. } | Controller::Balance { .. } => false,
+            Controller::Hold | Controller::Play { .. } => false,
         }
     }
 

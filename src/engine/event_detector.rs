@@ -3,8 +3,8 @@
 use crate::asset::{StateError, StateReader, StateWriter};
 use crate::contact::{BladeEdge, Terrain};
 use crate::control::tracking::Heading;
-use crate::engine::QuarantineReason;
-use crate::engine::foot_watch::{FootChange, FootWatch};
+use crate::engine::foot_watch::{FootChange, FootEvent, FootStep, FootWatch};
+use crate::engine::{QuarantineReason, StumbleCause};
 use crate::math::{Real, Vec3};
 use crate::model::CharacterModel;
 use crate::sim::Simulator;
@@ -16,6 +16,8 @@ use bevy::math::DVec3;
 const EDGE_SETTLE: f64 = 0.010;
 /// How long nothing may touch before it counts as a take-off, s.
 const FLIGHT_SETTLE: f64 = 0.020;
+/// A body that balances is steady again after so long with its capture point inside of what stands, s.
+const STEADY: f64 = 0.5;
 /// A fall: centre of mass below this part of its standing height ...
 const FALLEN_BELOW: f64 = 0.5;
 /// ... and up again above this one.
@@ -26,6 +28,8 @@ const RISEN_ABOVE: f64 = 0.7;
 pub(super) enum BodyEvent {
     Edge { time: f64, blade: usize, from: BladeEdge, to: BladeEdge },
     Foot(FootChange),
+    Step(FootStep),
+    Stumbled { time: f64, cause: StumbleCause },
     TakeOff { time: f64, velocity: DVec3 },
     Landing { time: f64, airtime: f64, velocity: DVec3, height: f64, turns: f64 },
     SkillStarted { time: f64, skill: String },
@@ -59,6 +63,8 @@ pub(super) struct EventDetector {
     last_contact: Option<f64>,
     airborne: bool,
     fallen: bool,
+    /// When a body that balances last had its capture point outside of what stands, s; `None` while it is steady.
+    unsteady: Option<f64>,
     flight: FlightWatch,
 }
 
@@ -131,6 +137,7 @@ impl EventDetector {
             last_contact: None,
             airborne: false,
             fallen: false,
+            unsteady: None,
             flight: FlightWatch::default(),
         }
     }
@@ -142,6 +149,18 @@ impl EventDetector {
         self.last_contact = None;
         self.airborne = false;
         self.fallen = false;
+        self.unsteady = None;
+    }
+
+    /// How far outside of what stands the capture point of a body that balances lies, m.
+    pub fn observe_balance(&mut self, outside: f64, time: f64, out: &mut Vec<BodyEvent>) {
+        if outside > StumbleCause::OUTSIDE {
+            if self.unsteady.replace(time).is_none() {
+                out.push(BodyEvent::Stumbled { time, cause: StumbleCause::BalanceLost { outside } });
+            }
+        } else if self.unsteady.is_some_and(|last| time - last > STEADY) {
+            self.unsteady = None;
+        }
     }
 
     /// Looks at lane `lane` after a step; `time` is the body's, s. With `rolls` the trunk may touch the ground: it is part of what is performed.
@@ -167,7 +186,19 @@ impl EventDetector {
             }
         }
 
-        out.extend(self.feet.iter_mut().filter_map(|foot| foot.observe(sim, lane, time)).map(BodyEvent::Foot));
+        let standing = self.feet.iter().filter(|foot| foot.stands()).count();
+        for foot in &mut self.feet {
+            let carried = standing > usize::from(foot.stands());
+            foot.observe(sim, lane, time, carried, surroundings, |event| {
+                out.push(match event {
+                    FootEvent::Change(change) => BodyEvent::Foot(change),
+                    FootEvent::Step(step) => BodyEvent::Step(step),
+                    FootEvent::Caught { time, foot, speed } => {
+                        BodyEvent::Stumbled { time, cause: StumbleCause::FootCaught { foot, speed } }
+                    }
+                });
+            });
+        }
 
         for grip in (0..sim.model().grips.len()).filter(|&grip| sim.grip_slipped(grip, lane)) {
             out.push(BodyEvent::GripSlipped { time, grip });
@@ -225,6 +256,7 @@ impl EventDetector {
         out.option(self.last_contact, StateWriter::number);
         out.switch(self.airborne);
         out.switch(self.fallen);
+        out.option(self.unsteady, StateWriter::number);
         let FlightWatch { low, high, heading, turned } = self.flight;
         [low, high, heading.0, heading.1, turned].into_iter().for_each(|x| out.number(x));
     }
@@ -242,6 +274,7 @@ impl EventDetector {
         self.last_contact = from.option("last contact", |from| from.number("last contact"))?;
         self.airborne = from.switch("whether it is in the air")?;
         self.fallen = from.switch("whether it has fallen")?;
+        self.unsteady = from.option("last loss of balance", |from| from.number("last loss of balance"))?;
         let mut number = || from.number("flight");
         let (low, high, heading) = (number()?, number()?, (number()?, number()?));
         self.flight = FlightWatch { low, high, heading, turned: number()? };

@@ -1,6 +1,6 @@
 //! What soles do on the ground.
 
-use crate::asset::Side;
+use crate::asset::{Material, Side};
 use bevy::ecs::entity::Entity;
 use bevy::math::DVec3;
 use bevy::prelude::*;
@@ -36,8 +36,13 @@ pub struct Footstep {
     pub phase: FootPhase,
     /// Force of the ground when that was certain, world axes, N; zero after [`FootPhase::ToeOff`].
     pub force: DVec3,
+    /// Impulse of the ground on the foot from the change until that was certain, world axes, N s: how hard it comes down.
+    pub impulse: DVec3,
     /// Where it acts, world frame, m; zero without force.
     pub place: DVec3,
+    /// What the ground is made of there; [`Material::GROUND`] without force.
+    #[reflect(ignore)]
+    pub material: Material,
     /// Speed of what touches along the ground, m/s: a foot that slips.
     pub slip: f64,
 }

@@ -70,7 +70,7 @@
 //! | [`PerformSkill`] | event, message | asks for a skill; answered by [`SkillStarted`] or [`SkillRefused`] |
 //! | [`AthleteReset`] | event, message | back to the start |
 //! | [`AthleteRewind`] | event, message | back by some seconds |
-//! | [`AthleteReady`], [`BladeEdgeChanged`], [`Footstep`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`ObstaclePlanned`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
+//! | [`AthleteReady`], [`BladeEdgeChanged`], [`Footstep`], [`StepTaken`], [`Stumbled`], [`TakeOff`], [`Landing`], [`SkillStarted`], [`SkillEnded`], [`SkillRefused`], [`ParameterRefused`], [`ObstaclePlanned`], [`AthleteFell`], [`GripSlipped`], [`ControlFinished`], [`AthleteQuarantined`], [`AthleteRefused`] | event, message | what happened |
 
 mod arena;
 mod arrival;
@@ -112,6 +112,7 @@ mod skin;
 mod snapshot;
 mod spawn;
 mod step_clock;
+mod stumble;
 mod systems;
 
 #[cfg(feature = "render")]
@@ -160,7 +161,13 @@ pub use settings::{AthletePrecision, AthleteSettings};
 pub use skill_assets::{ProgramAsset, ProgramLoader, SkillAsset, SkillLoader};
 pub use skin::{AthleteSkin, AthleteSkinPlugin, BoneMapAsset, DressedIn, SkinRefused};
 pub use snapshot::{AthleteSnapshot, SnapshotError};
+pub use stumble::{StepTaken, StumbleCause, Stumbled};
 #[cfg(feature = "ui")]
 pub(crate) use visuals::shape_mesh;
 #[cfg(feature = "render")]
 pub use visuals::{AthleteRenderPlugin, BladeVisual, LinkVisual};
+
+/// The code of the guide is compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/book/walk.md")]
+struct WalkGuide;

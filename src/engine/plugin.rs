@@ -10,7 +10,7 @@ use crate::engine::{
     AthleteRewind, AthleteSettings, AthleteSkinPlugin, AthleteSystems, AthleteTargets, AthleteTime, AthleteViewer,
     AthleteWorld, BladeEdgeChanged, ControlFinished, Footstep, GripSlipped, InArena, Landing, LinkId, LinkPoses,
     ObstaclePlanned, ParameterRefused, PerformSkill, PlaybackSpeed, Refused, SkillEnded, SkillRefused, SkillStarted,
-    TakeOff, at_link, controller, forces, interpolation, spawn, systems,
+    StepTaken, Stumbled, TakeOff, at_link, controller, forces, interpolation, spawn, systems,
 };
 use crate::engine::{athlete_time, history};
 use bevy::app::{PluginGroupBuilder, RunFixedMainLoopSystems};
@@ -79,6 +79,8 @@ impl Plugin for AthleteSimulationPlugin {
             .add_message::<AthleteRewind>()
             .add_message::<BladeEdgeChanged>()
             .add_message::<Footstep>()
+            .add_message::<StepTaken>()
+            .add_message::<Stumbled>()
             .add_message::<TakeOff>()
             .add_message::<Landing>()
             .add_message::<SkillStarted>()

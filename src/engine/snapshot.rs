@@ -99,7 +99,7 @@ impl PartialEq for AthleteSnapshot {
 
 impl AthleteSnapshot {
     /// Version of the byte format; others are refused.
-    pub const VERSION: u64 = 7;
+    pub const VERSION: u64 = 8;
 
     /// Size of what it holds, bytes.
     pub fn size(&self) -> usize {

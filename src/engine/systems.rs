@@ -5,13 +5,14 @@ use crate::engine::arrival::refuse;
 use crate::engine::diagnostics::StepTally;
 use crate::engine::event_detector::BodyEvent;
 use crate::engine::events::both;
-use crate::engine::foot_watch::FootChange;
+use crate::engine::foot_watch::{FootChange, FootStep};
 use crate::engine::ground::OwnGround;
 use crate::engine::lane_steps::{AthleteLanes, Due, LaneSimulators, step_all};
 use crate::engine::{
     AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, AthleteTime,
     BladeEdgeChanged, BodyStatus, ControlFinished, Footstep, GripSlipped, InArena, Landing, LinkId, LinkPoses,
-    ObstaclePlanned, ParameterRefused, Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, TakeOff,
+    ObstaclePlanned, ParameterRefused, Placement, QuarantineReason, SkillEnded, SkillRefused, SkillStarted, StepTaken,
+    Stumbled, TakeOff,
 };
 use crate::skill::planner::Obstacle;
 use bevy::ecs::system::SystemParam;
@@ -110,6 +111,8 @@ pub(super) fn write_poses(mut athletes: Query<(&mut AthleteBody, &mut LinkPoses)
 pub(super) struct Writers<'w> {
     edges: MessageWriter<'w, BladeEdgeChanged>,
     footsteps: MessageWriter<'w, Footstep>,
+    steps: MessageWriter<'w, StepTaken>,
+    stumbles: MessageWriter<'w, Stumbled>,
     take_offs: MessageWriter<'w, TakeOff>,
     landings: MessageWriter<'w, Landing>,
     falls: MessageWriter<'w, AthleteFell>,
@@ -135,9 +138,15 @@ pub(super) fn emit(mut commands: Commands, mut athletes: Query<(Entity, &mut Ath
                 BodyEvent::Edge { time, blade, from, to } => {
                     both(c, &mut writers.edges, BladeEdgeChanged { entity, time, blade, from, to });
                 }
-                BodyEvent::Foot(FootChange { time, foot, side, phase, force, place, slip }) => {
-                    let step = Footstep { entity, time, foot, side, phase, force, place, slip };
+                BodyEvent::Foot(FootChange { time, foot, side, phase, force, impulse, place, material, slip }) => {
+                    let step = Footstep { entity, time, foot, side, phase, force, impulse, place, material, slip };
                     both(c, &mut writers.footsteps, step);
+                }
+                BodyEvent::Step(FootStep { time, foot, side, from, to, airtime }) => {
+                    both(c, &mut writers.steps, StepTaken { entity, time, foot, side, from, to, airtime });
+                }
+                BodyEvent::Stumbled { time, cause } => {
+                    both(c, &mut writers.stumbles, Stumbled { entity, time, cause });
                 }
                 BodyEvent::TakeOff { time, velocity } => {
                     both(c, &mut writers.take_offs, TakeOff { entity, time, velocity });

@@ -9,9 +9,9 @@ use bevy_athlete::asset::{StateReader, StateWriter};
 use bevy_athlete::cli::feet::{Disturbance, Episode, FeetBody, StancePose, run_episode, watch_episode};
 use bevy_athlete::contact::World;
 use bevy_athlete::control::balance::{
-    Balance, BalanceError, BalanceSettings, ConeForces, ForceWeights, Hull, SupportPoint,
+    AnkleStance, Balance, BalanceError, BalanceSettings, ConeForces, ForceWeights, Hull, StanceError, SupportPoint,
 };
-use bevy_athlete::control::foot::BasicPose;
+use bevy_athlete::control::foot::{BasicPose, SegmentSet};
 use bevy_athlete::dynamics::{
     InverseDynamics, LinkConstants, degrees_of_freedom, inverse_dynamics, inverse_dynamics_into, point_jacobian,
 };
@@ -337,4 +337,31 @@ fn a_tick_does_not_allocate_and_says_what_does_not_fit() {
     stance.feet.pop();
     let error = balance.assume(stance).unwrap_err();
     assert!(matches!(error, BalanceError::Stance { found: 1, expected: 2, .. }), "{error}");
+}
+
+/// What can be asked of each foot alone gives the stances that have names, and what nobody can stand on is refused by name.
+#[test]
+fn stances_are_what_their_feet_are_asked() {
+    let balance = Balance::new(&foot_human(), BalanceSettings::default()).unwrap();
+    let named = BasicPose::ALL.map(|pose| balance.basic(pose).unwrap());
+    for stance in named.into_iter().chain([0, 1].map(|foot| balance.one_leg(foot).unwrap())) {
+        assert_eq!(balance.asked(&stance.feet).unwrap(), stance);
+    }
+    let whole = balance.basic(BasicPose::Rest).unwrap().feet[0];
+    let with = |touch, rise, roll| balance.asked(&[whole, AnkleStance { touch, rise, roll }]);
+    let found = |result: Result<_, BalanceError>| match result {
+        Err(BalanceError::Asked(error)) => error,
+        other => panic!("{other:?}"),
+    };
+    assert!(with(SegmentSet::NONE, 0.0, 0.0).is_ok(), "a foot in the air");
+    let beyond = found(with(SegmentSet::of(&[7]), 0.0, 0.0));
+    assert!(matches!(beyond, StanceError::Segment { foot: 1, segment: 7, .. }), "{beyond}");
+    assert!(beyond.to_string().contains("heel_right"), "{beyond}");
+    for (rise, roll) in [(f64::NAN, 0.0), (0.2, 0.0), (-0.01, 0.0), (0.0, 0.5)] {
+        let error = found(with(whole.touch, rise, roll));
+        assert!(matches!(error, StanceError::Ankle { foot: 1, .. }), "{error}");
+    }
+    let air = AnkleStance::default();
+    assert_eq!(found(balance.asked(&[air, air])), StanceError::NothingTouches);
+    assert_eq!(found(balance.asked(&[whole])), StanceError::Feet { found: 1, expected: 2 });
 }

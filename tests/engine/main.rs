@@ -12,6 +12,7 @@ mod grounds;
 #[path = "../support/plain_skill.rs"]
 mod plain_skill;
 
+mod asked_feet;
 #[cfg(feature = "avian")]
 mod avian;
 #[cfg(feature = "avian")]
@@ -35,3 +36,4 @@ mod moving_worlds;
 mod panels;
 mod skill_parameters;
 mod skin;
+mod stumbles;

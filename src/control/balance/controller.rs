@@ -9,7 +9,7 @@ mod torques;
 use super::accelerations::Accelerations;
 use super::forces::ConeForces;
 use super::settings::BalanceSettings;
-use super::stance::{AnkleStance, Stance};
+use super::stance::{AnkleStance, Stance, StanceError};
 use super::supports::Footing;
 use crate::asset::turn::twist;
 use crate::contact::Terrain;
@@ -35,6 +35,9 @@ pub enum BalanceError {
     /// A foot that cannot be posed.
     #[error(transparent)]
     Foot(#[from] FootError),
+    /// A stance that nobody can stand in.
+    #[error(transparent)]
+    Asked(#[from] StanceError),
     /// No feet.
     #[error("{character} has no feet to stand on")]
     NoFeet {
@@ -207,6 +210,12 @@ impl Balance {
         Ok(Stance::circling(&self.model, &feet, foot, self.settings.knee, quarter)?)
     }
 
+    /// A stance in which each foot does as it is asked, see [`Stance::asked`].
+    pub fn asked(&self, feet: &[AnkleStance]) -> Result<Stance, BalanceError> {
+        let anatomies: Vec<FootAnatomy> = self.feet().cloned().collect();
+        Ok(Stance::asked(&self.model, &anatomies, feet, self.settings.knee)?)
+    }
+
     /// Starts from where the body stands: all that stands in the zero pose is its support.
     pub fn begin(&mut self, sim: &mut Simulator<f64>, terrain: &impl Terrain<f64>) {
         self.kinematics.copy_from_slice(sim.kinematics());
@@ -238,8 +247,12 @@ impl Balance {
                 expected_joints: self.model.links.len(),
             });
         }
+        // The weight goes on on its way where only an ankle is asked to go elsewhere.
+        let touches = |a: &Stance| a.feet.iter().map(|f| f.touch).eq(stance.feet.iter().map(|f| f.touch));
+        if !self.next.as_ref().is_some_and(touches) {
+            self.shifting = 0.0;
+        }
         self.next = Some(stance);
-        self.shifting = 0.0;
         Ok(())
     }
 

@@ -33,4 +33,4 @@ pub use controller::{Balance, BalanceError, BalanceProbe};
 pub use forces::{ConeForces, ForceWeights, SupportPoint};
 pub use hull::{Hull, MOST_CORNERS};
 pub use settings::{BalanceMethod, BalanceSettings};
-pub use stance::{AnkleStance, Stance};
+pub use stance::{AnkleStance, Stance, StanceError};

@@ -1,6 +1,8 @@
 //! The colliders near one athlete, as its ground.
 
-use crate::contact::{AnchorMotion, ContactCandidate, SupportHit, Surface, SurfaceHit, Terrain, World as Solids};
+use crate::contact::{
+    AnchorMotion, ContactCandidate, Material, SupportHit, Surface, SurfaceHit, Terrain, World as Solids,
+};
 use crate::engine::avian::form::{FAR, Form};
 use crate::engine::avian::mover::Mover;
 use crate::engine::avian::{AthleteSurface, ColliderPush};
@@ -242,6 +244,11 @@ impl Terrain<f64> for ColliderGround {
         hit
     }
 
+    fn material(&self, _lane: usize, point: DVec3) -> Material {
+        let (shape, _) = self.hit(Vec3::splat(point));
+        self.shapes.get(shape as usize).map_or(Material::GROUND, |shape| shape.surface.material)
+    }
+
     fn is_compliant(&self) -> bool {
         self.movers.iter().any(Mover::is_dynamic)
     }
@@ -297,6 +304,16 @@ impl Terrain<f64> for CollidersAndSolids<'_> {
 
     fn height(&self, point: Vec3<f64>) -> SupportHit<f64> {
         self.colliders.height(point).higher(&self.solids.height(point))
+    }
+
+    /// That of what is nearer: a solid or a collider.
+    fn material(&self, lane: usize, point: DVec3) -> Material {
+        let at = Vec3::splat(point);
+        let collider = self.colliders.query(at).distance;
+        match self.nearer_solid(at, collider) {
+            Some(_) => Terrain::<f64>::material(self.solids, lane, point),
+            None => self.colliders.material(lane, point),
+        }
     }
 
     /// The solids of the world; colliders have no numbers.

@@ -1,6 +1,6 @@
 //! What users say about what an athlete does.
 
-use crate::control::balance::{Balance, BalanceError, BalanceSettings, Stance};
+use crate::control::balance::{AnkleStance, Balance, BalanceError, BalanceSettings, Stance};
 use crate::control::foot::BasicPose;
 use crate::engine::{ControlAsset, ProgramAsset, SkillAsset};
 use crate::model::SharedModel;
@@ -47,7 +47,7 @@ pub enum AthleteController {
 }
 
 /// Poses of the feet that a body stands in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Reflect)]
 pub enum BalancePose {
     /// On both soles.
     #[default]
@@ -62,6 +62,16 @@ pub enum BalancePose {
     LeftLeg,
     /// On the right foot.
     RightLeg,
+    /// One foot circles about its ankle, heel lifted, while the other stands: this is one quarter of the way round. Another quarter every 0.75 s is a
+    /// circle in three seconds.
+    Circling {
+        /// The foot, by its number in the character.
+        foot: usize,
+        /// Which quarter; they repeat after four.
+        quarter: usize,
+    },
+    /// Each foot, by its number in the character, on the segments that it is asked to, with its ankle where it is asked to be.
+    Feet(#[reflect(ignore)] [AnkleStance; 2]),
 }
 
 impl BalancePose {
@@ -75,6 +85,8 @@ impl BalancePose {
             Self::OutsideTilt => balance.basic(BasicPose::OutsideTilt),
             Self::LeftLeg => balance.one_leg(0),
             Self::RightLeg => balance.one_leg(1),
+            Self::Circling { foot, quarter } => balance.circling(foot, quarter),
+            Self::Feet(feet) => balance.asked(&feet),
         }
     }
 }

@@ -80,6 +80,8 @@ pub(super) struct Capture {
     pub steps: usize,
     /// Since the last step, s.
     pub since: f64,
+    /// How far outside of what stands the capture point was at the last decision, m; zero inside.
+    pub outside: f64,
 }
 
 impl Balance {
@@ -88,14 +90,22 @@ impl Balance {
         self.capture.steps
     }
 
+    /// How far outside of what stands the capture point was at the last decision, m; zero inside, and while the landing of the start lasts.
+    pub fn outside(&self) -> f64 {
+        self.capture.outside
+    }
+
     /// Looks whether a step is due, moves the one under way, ends it.
     pub(super) fn step_where_due(&mut self, whole: &Whole, seconds: f64) {
-        if self.settings.steps == 0 || self.next.is_some() || self.footings.len() != 2 {
-            return;
-        }
         let ground = self.ground_height();
         let omega = (whole.gravity.length() / (whole.com.y - ground).max(0.2)).sqrt();
         let capture_point = above(whole.com) + above(whole.velocity) / omega;
+        let hull = self.hull(|k| self.stance.feet[k].touch);
+        let outside = hull.nearest(capture_point, 0.0).map_or(0.0, |edge| edge.distance(capture_point));
+        self.capture.outside = if self.fresh > 0.0 { 0.0 } else { outside };
+        if self.settings.steps == 0 || self.next.is_some() || self.footings.len() != 2 {
+            return;
+        }
         self.capture.since += seconds;
         if let Some(mut swing) = self.capture.swing {
             swing.time += seconds;
@@ -123,9 +133,7 @@ impl Balance {
         let on_whole_soles =
             self.footings.iter().zip(&self.stance.feet).all(|(f, s)| s.touch == f.anatomy.standing() && s.rise == 0.0);
         let ready = on_whole_soles && self.fresh <= 0.0 && self.capture.since > PAUSE;
-        let hull = self.hull(|k| self.stance.feet[k].touch);
-        let outside = hull.nearest(capture_point, 0.0).is_some_and(|edge| edge.distance(capture_point) > OUTSIDE);
-        if !(ready && outside && self.capture.steps < self.settings.steps as usize) {
+        if !(ready && outside > OUTSIDE && self.capture.steps < self.settings.steps as usize) {
             return;
         }
         let fall = capture_point - hull.middle().unwrap_or(capture_point);
@@ -143,7 +151,7 @@ impl Balance {
         let [a, b] = candidates;
         let (swing, _) = if a.1 <= b.1 { a } else { b };
         self.stance.feet[swing.foot].touch = SegmentSet::NONE;
-        self.capture = Capture { swing: Some(swing), steps: self.capture.steps + 1, since: 0.0 };
+        self.capture = Capture { swing: Some(swing), steps: self.capture.steps + 1, since: 0.0, outside };
     }
 
     /// What a foot stands on, seen from above.
@@ -188,6 +196,7 @@ impl Capture {
     pub(super) fn write_state(&self, out: &mut StateWriter) {
         out.count(self.steps);
         out.number(self.since);
+        out.number(self.outside);
         out.option(self.swing.as_ref(), |out, swing| {
             out.count(swing.foot);
             out.vector(swing.from);
@@ -201,6 +210,7 @@ impl Capture {
     pub(super) fn read_state(from: &mut StateReader, feet: usize) -> Result<Self, StateError> {
         let steps = from.below("steps taken", 1 << 16)?;
         let since = from.number("time since the last step")?;
+        let outside = from.number("distance of the capture point")?;
         let swing = from.option("foot in the air", |from| {
             let foot = from.below("foot in the air", feet)?;
             let (start, to) = (from.vector("place of the ankle")?, from.vector("place of the landing")?);
@@ -208,7 +218,7 @@ impl Capture {
             let seconds = from.number("length of the swing")?;
             Ok(Swing { foot, from: start, to, sole, seconds, time: from.number("time in the air")? })
         })?;
-        Ok(Self { swing, steps, since })
+        Ok(Self { swing, steps, since, outside })
     }
 }
 
