@@ -8,7 +8,7 @@
 //! | [`inspector`] | [`InspectorView`] | links, joints, contacts, blades, phase, policy |
 //! | [`plots`] | [`History`] | speed, height, lean, forces, step cost over the last seconds |
 //! | [`disturbance`] | [`Disturbance`] | pushes, friction, slope, gravity |
-//! | [`contact_plate`] | [`PlateView`] | the points of each foot that touch, the edge of each blade |
+//! | [`contact_plate`] | [`PlateView`], [`PressurePath`] | the pressure under each foot and its way, the edge of each blade; returns a [`PlateAction`] |
 //! | [`pose_editor`](editor::pose_editor) | [`PoseEditor`](editor::PoseEditor) | key poses: sliders, undo, simulate, train |
 //! | [`training_monitor`] | [`TrainingMonitor`] | the curve file of a run, as it grows |
 //!
@@ -25,9 +25,11 @@ mod marks;
 mod monitor;
 mod panel_choice;
 mod plate;
+mod plate_action;
 mod plate_view;
 mod plots;
 mod plugin;
+mod pressure;
 mod push_systems;
 
 pub use curve_file::{CurveError, CurveTable};
@@ -38,12 +40,19 @@ pub use inspector_view::{BladeRow, ContactRow, InputBlock, InspectorView, JointR
 pub use monitor::{TrainingMonitor, training_monitor};
 pub use panel_choice::{AthletePanels, Panel};
 pub use plate::contact_plate;
-pub use plate_view::{PlateBlade, PlateFoot, PlatePoint, PlateView, blade_pressure};
+pub use plate_action::PlateAction;
+pub use plate_view::{PlateAnkle, PlateBlade, PlateFoot, PlatePoint, PlateView, blade_pressure};
 pub use plots::plots;
 pub use plugin::{AthletePanelsPlugin, DisturbanceState, MonitorState, SelectedHistory, panel_menu};
+pub use pressure::{PathPlace, PressureGrid, PressurePath};
 pub use push_systems::WorldPull;
 
 /// The code of the guide is compiled with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/book/panels.md")]
 struct PanelsGuide;
+
+/// The code of the guide is compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/book/foot_lab.md")]
+struct FootLabGuide;

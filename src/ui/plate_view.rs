@@ -1,12 +1,14 @@
-//! What the contact plate shows: the points of each foot that may touch the ground, and what they bear.
+//! What the contact plate shows: the points of each foot that may touch the ground, what they bear, and what the foot is asked to stand on.
 //!
 //! After Park, Yu, Lee 2018, "Multi-Segment Foot for Human Modelling and Simulation", Figure 13.
 
 use crate::contact::BladeEdge;
+use crate::control::balance::AnkleStance;
+use crate::control::foot::FootAnatomy;
 use crate::engine::AthleteBody;
 use crate::model::{CharacterModel, ContactKind};
 use crate::ui::history::side_of;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// Points higher than this above the lowest one in the zero pose are no part of a sole, m.
 const SOLE: f64 = 0.05;
@@ -22,6 +24,21 @@ pub struct PlatePoint {
     pub radius: f64,
     /// Force upwards, N; zero when apart.
     pub force: f64,
+    /// The segment it is on, as [`FootAnatomy::segments`] counts them; `None` where the foot has none that can be asked to touch.
+    pub segment: Option<usize>,
+}
+
+/// What can be asked of a foot of segments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlateAnkle {
+    /// The foot, by its number in the character.
+    pub foot: usize,
+    /// Names of its segments.
+    pub segments: Vec<String>,
+    /// Where the ankle is on the plate, m, in the zero pose.
+    pub place: DVec2,
+    /// What it is asked while the athlete balances; `None` while it does something else.
+    pub asked: Option<AnkleStance>,
 }
 
 /// A blade of a sole.
@@ -46,6 +63,8 @@ pub struct PlateFoot {
     pub points: Vec<PlatePoint>,
     /// Its blade.
     pub blade: Option<PlateBlade>,
+    /// Its ankle and segments, where it has some.
+    pub ankle: Option<PlateAnkle>,
 }
 
 impl PlateFoot {
@@ -88,9 +107,11 @@ impl PlateView {
             let Some(side) = side_of(model, k) else { continue };
             if point.kind == ContactKind::Point && places[k].1 - point.radius < lowest + SOLE {
                 let (place, radius) = (places[k].0, point.radius);
-                view.feet[side].points.push(PlatePoint { name: point.name.clone(), place, radius, force: force(k) });
+                let name = point.name.clone();
+                view.feet[side].points.push(PlatePoint { name, place, radius, force: force(k), segment: None });
             }
         }
+        view.add_segments(body);
         for (k, blade) in model.blades.iter().enumerate() {
             let Some(side) = side_of(model, blade.toe) else { continue };
             view.feet[side].blade = Some(PlateBlade {
@@ -102,6 +123,28 @@ impl PlateView {
             });
         }
         view
+    }
+
+    /// Says of each point which segment of its foot it is on.
+    fn add_segments(&mut self, body: &AthleteBody) {
+        let model = body.model();
+        let links = model.rest_positions();
+        for (foot, described) in model.feet().iter().enumerate() {
+            let Ok(anatomy) = FootAnatomy::of(model, foot) else { continue };
+            let Some(side) = side_of(model, described.toe) else { continue };
+            let segments = anatomy.segments();
+            for point in &mut self.feet[side].points {
+                let on = |p: &(DVec3, f64, usize)| model.contact_points[p.2].name == point.name;
+                point.segment = segments.iter().position(|s| s.stands && s.points.iter().any(on));
+            }
+            let at = links[anatomy.ankle()];
+            self.feet[side].ankle = Some(PlateAnkle {
+                foot,
+                segments: segments.iter().map(|s| s.name.clone()).collect(),
+                place: DVec2::new(at.x, -at.z),
+                asked: body.feet_asked().and_then(|feet| feet.get(foot)).copied(),
+            });
+        }
     }
 }
 
@@ -159,8 +202,10 @@ mod tests {
             place: DVec2::new(x, y),
             radius: 0.01,
             force,
+            segment: None,
         };
-        let foot = PlateFoot { points: vec![point(0.0, 0.0, 100.0), point(0.1, 0.2, 300.0)], blade: None };
+        let points = vec![point(0.0, 0.0, 100.0), point(0.1, 0.2, 300.0)];
+        let foot = PlateFoot { points, ..PlateFoot::default() };
         assert_eq!(foot.force(), 400.0);
         assert!((foot.center_of_pressure().unwrap() - DVec2::new(0.075, 0.15)).length() < 1e-12);
         assert_eq!(PlateFoot::default().center_of_pressure(), None);

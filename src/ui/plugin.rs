@@ -1,7 +1,8 @@
 //! The plugin: which panels are open, which athlete is selected, and the systems that feed the panels.
 
 use crate::engine::{
-    Athlete, AthleteBody, AthleteDiagnosticsPlugin, AthleteForces, AthleteSettings, AthleteSystems, LinkPoses,
+    Athlete, AthleteBody, AthleteController, AthleteDiagnosticsPlugin, AthleteForces, AthleteSettings, AthleteSystems,
+    BalancePose, LinkPoses,
 };
 use crate::ui::disturbance::{Disturbance, disturbance};
 use crate::ui::editor::{EditorPreviewPlugin, PoseEditorState, pose_editor};
@@ -11,8 +12,10 @@ use crate::ui::inspector_view::InspectorView;
 use crate::ui::monitor::{TrainingMonitor, training_monitor};
 use crate::ui::panel_choice::{AthletePanels, Panel};
 use crate::ui::plate::contact_plate;
+use crate::ui::plate_action::PlateAction;
 use crate::ui::plate_view::PlateView;
 use crate::ui::plots::plots;
+use crate::ui::pressure::PressurePath;
 use crate::ui::push_systems::{WorldPull, apply_pull};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::entity::Entity;
@@ -24,6 +27,8 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 pub struct SelectedHistory {
     /// The samples.
     pub history: History,
+    /// The way of its centres of pressure, while the contact plate is open.
+    pub path: PressurePath,
     /// Whose they are.
     pub of: Option<Entity>,
 }
@@ -87,10 +92,14 @@ fn sample(
     if kept.of != panels.selected {
         kept.of = panels.selected;
         kept.history.clear();
+        kept.path.clear();
     }
     let Some((body, poses)) = panels.selected.and_then(|s| bodies.get(s).ok()) else { return };
     if let Some(sample) = Sample::of(body, poses, step_micros(diagnostics.as_deref())) {
         kept.history.push(sample);
+    }
+    if panels.is_open(Panel::ContactPlate) {
+        kept.path.push(body.time(), &PlateView::of(body));
     }
 }
 
@@ -222,15 +231,35 @@ fn show_disturbance(
     Ok(())
 }
 
-fn show_plate(mut contexts: EguiContexts, mut panels: ResMut<AthletePanels>, bodies: Query<&AthleteBody>) -> Result {
+fn show_plate(
+    mut contexts: EguiContexts,
+    mut panels: ResMut<AthletePanels>,
+    kept: Res<SelectedHistory>,
+    mut bodies: Query<(&AthleteBody, &mut AthleteController)>,
+) -> Result {
     if !panels.is_open(Panel::ContactPlate) {
         return Ok(());
     }
-    let view = panels.selected.and_then(|s| bodies.get(s).ok()).map(PlateView::of);
-    panel_window(&mut panels, Panel::ContactPlate, [372.0, 400.0], [320.0, 320.0], contexts.ctx_mut()?, |ui| {
-        contact_plate(ui, view.as_ref());
+    let mut selected = panels.selected.and_then(|s| bodies.get_mut(s).ok());
+    let view = selected.as_ref().map(|(body, _)| PlateView::of(body));
+    let mut done = None;
+    // Beside the inspector, or in its place.
+    let place = if panels.is_open(Panel::Inspector) { [372.0, 380.0] } else { [14.0, 150.0] };
+    panel_window(&mut panels, Panel::ContactPlate, place, [320.0, 340.0], contexts.ctx_mut()?, |ui| {
+        done = contact_plate(ui, view.as_ref(), Some(&kept.path));
     });
+    if let (Some(action), Some((body, controller))) = (done, &mut selected)
+        && let Some(pose) = asked_by(action, body)
+    {
+        **controller = AthleteController::Balance(pose);
+    }
     Ok(())
+}
+
+/// The pose that an action on the plate asks for; `None` where the body does not balance, or could not stand so.
+fn asked_by(action: PlateAction, body: &AthleteBody) -> Option<BalancePose> {
+    let pose = BalancePose::Feet(action.on(body.feet_asked()?)?);
+    pose.stance(body.model()).is_ok().then_some(pose)
 }
 
 fn show_monitor(

@@ -293,11 +293,81 @@ fn the_contact_plate_bears_what_the_feet_bear() {
         assert_eq!(view.feet[0].blade.is_some(), character == "skater");
         assert!(character == "skater" || view.feet[0].points.len() >= 5);
         let mut screen = Screen::new();
-        screen.draw(&mut |ui| contact_plate(ui, Some(&view)));
+        screen.draw(&mut |ui| assert_eq!(contact_plate(ui, Some(&view), None), None));
         assert!(screen.shows("left") && screen.shows("right"));
-        screen.draw(&mut |ui| contact_plate(ui, None));
+        screen.draw(&mut |ui| assert_eq!(contact_plate(ui, None, None), None));
         assert!(screen.shows("no athlete"));
     }
+}
+
+/// Every segment that can stand can be clicked, on its own foot, and the ankles dragged; an athlete that does not balance is only looked at.
+#[test]
+fn the_contact_plate_asks_what_is_clicked_and_dragged() {
+    let (mut app, athlete) = standing("foot_human");
+    let at_rest = PlateView::of(&parts(&app, athlete).0);
+    *app.world_mut().get_mut::<AthleteController>(athlete).unwrap() = AthleteController::Balance(BalancePose::Rest);
+    app.world_mut().insert_resource(AthletePanels { open: vec![Panel::ContactPlate], ..default() });
+    for _ in 0..64 {
+        app.update();
+    }
+    let body = parts(&app, athlete).0;
+    let view = PlateView::of(&body);
+    let path = app.world().resource::<SelectedHistory>().path.clone();
+    let now = |foot: usize| path.runs(foot).pop().unwrap().pop().unwrap().place;
+    for (foot, own) in view.feet.iter().enumerate() {
+        assert!(now(foot).distance(own.center_of_pressure().unwrap()) < 1e-12, "the path ends at the cross");
+        let grid = PressureGrid::of(own, 0.004).unwrap();
+        assert!((grid.force() - own.force()).abs() < 1e-6 * own.force());
+    }
+
+    // Clicks all over the plate.
+    let mut screen = Screen::new();
+    screen.draw(&mut |ui| assert_eq!(contact_plate(ui, Some(&view), Some(&path)), None));
+    let below = screen.texts.iter().find(|(text, _)| text.starts_with("seen from above")).unwrap().1.top();
+    // Both soles lie in the middles of their columns.
+    let row = move |j: i32| (-4..=4).flat_map(move |i| [225, 675].map(|middle| (middle + 16 * i, j)));
+    let places = || (1..16).flat_map(row).map(|(x, j)| Pos2::new(x as f32, below - 16.0 * j as f32));
+    let clicks = |view: &PlateView, screen: &mut Screen| {
+        let mut done = Vec::new();
+        for at in places() {
+            screen.drag(at, at, &mut |ui| done.extend(contact_plate(ui, Some(view), None)));
+        }
+        done
+    };
+    assert!(clicks(&at_rest, &mut screen).is_empty(), "nobody balances");
+    let mut asked = std::collections::BTreeSet::new();
+    let mut rise = 0.0;
+    for action in clicks(&view, &mut screen) {
+        match action {
+            PlateAction::Segment { foot, segment } => {
+                asked.insert((foot, segment));
+            }
+            other => panic!("{other:?}: a click is no drag"),
+        }
+    }
+    let all: std::collections::BTreeSet<_> = (0..2)
+        .flat_map(|foot| {
+            let touch = body.feet_asked().unwrap()[foot].touch;
+            touch.iter().map(move |segment| (foot, segment)).collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!(asked, all);
+
+    // Drags of both ankles by 40 points upwards.
+    for at in places() {
+        screen.drag(at, at - vec2(0.0, 40.0), &mut |ui| {
+            if let Some(PlateAction::Ankle { rise: by, .. }) = contact_plate(ui, Some(&view), None) {
+                rise += by;
+            }
+        });
+    }
+    println!("drags raised ankles by {rise} m in all");
+    assert!(rise > 0.05, "{rise} m");
+
+    // What was clicked can be stood on.
+    let heel = PlateAction::Segment { foot: 0, segment: 4 }.on(body.feet_asked().unwrap()).unwrap();
+    assert!(BalancePose::Feet(heel).stance(body.model()).is_ok());
+    assert!(!heel[0].touch.contains(4));
 }
 
 #[test]
