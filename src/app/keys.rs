@@ -11,11 +11,11 @@ use bevy::prelude::*;
 
 /// Every key with its meaning, for the help.
 pub const KEYS: [(&str, &str); 17] = [
-    ("Arrows", "steer the skater"),
+    ("Arrows", "steer: skater, runner, walker; Shift walks faster"),
     ("T / B", "turn backwards / forwards"),
     ("J", "jump, while going backwards"),
     ("P", "short program"),
-    ("1 to 4", "scenes"),
+    ("1 to 5", "scenes"),
     ("Space", "pause"),
     ("N", "one step, while paused"),
     ("M", "slow motion"),
@@ -80,7 +80,7 @@ pub(super) fn keys(
 
 /// The number keys: scenes.
 pub(super) fn scene_keys(keys: Res<ButtonInput<KeyCode>>, mut next: ResMut<NextState<DemoScene>>) {
-    let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4];
+    let digits = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
     for (key, scene) in digits.into_iter().zip(DemoScene::ALL) {
         if keys.just_pressed(key) {
             next.set(scene);

@@ -3,10 +3,12 @@
 use crate::app::act::Act;
 use crate::app::camera::{CameraMode, OrbitCamera};
 use crate::app::keys::KEYS;
+use crate::app::lab_menu::lab;
 use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
 use crate::app::scenes::crowd::CrowdCount;
-use crate::app::scenes::foot_lab::{FootLab, LabGround, POSES, STEEPEST};
+use crate::app::scenes::field::{ROUGHEST, Roughness};
+use crate::app::scenes::foot_lab::FootLab;
 use crate::app::scenes::skating::{Overlays, RinkSkater};
 use crate::engine::{AthleteInput, PerformSkill};
 use crate::skill::SKATING_SKILLS;
@@ -23,6 +25,7 @@ pub(super) struct MenuData<'w, 's> {
     overlays: ResMut<'w, Overlays>,
     lab: ResMut<'w, FootLab>,
     crowd: Res<'w, CrowdCount>,
+    roughness: ResMut<'w, Roughness>,
     cameras: Query<'w, 's, &'static mut OrbitCamera>,
     skaters: Query<'w, 's, (Entity, &'static mut AthleteInput), With<RinkSkater>>,
     commands: Commands<'w, 's>,
@@ -63,6 +66,7 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
                     ui.weak("Arrow keys, the left stick or a thumb take it over.");
                 }
                 DemoScene::Crowd => crowd(ui, &data.crowd),
+                DemoScene::Field => field(ui, &mut data.roughness),
             }
             ui.separator();
             for mut camera in &mut data.cameras {
@@ -123,37 +127,17 @@ pub(super) fn moves(ui: &mut egui::Ui) -> Option<&'static str> {
     asked
 }
 
-/// Poses and the slope of the foot lab.
-fn lab(ui: &mut egui::Ui, lab: &mut ResMut<FootLab>) {
-    ui.label("Pose");
-    let mut pose = lab.pose;
-    for (k, (name, _)) in POSES.iter().enumerate() {
-        ui.radio_value(&mut pose, k, *name);
+/// How rough the field is.
+fn field(ui: &mut egui::Ui, roughness: &mut ResMut<Roughness>) {
+    ui.label("The walker goes round over bumps.");
+    let mut wanted = roughness.wanted;
+    // In steps: the field is laid anew for each.
+    let slider = egui::Slider::new(&mut wanted, 0.0..=ROUGHEST).step_by(0.005).fixed_decimals(3);
+    ui.add(slider.text("m up and down"));
+    if wanted != roughness.wanted {
+        roughness.wanted = wanted;
     }
-    if pose != lab.pose {
-        lab.pose = pose;
-    }
-    let mut ground = lab.ground;
-    ui.label("Ground");
-    ui.radio_value(&mut ground, LabGround::Floor, "A floor that tilts");
-    ui.radio_value(&mut ground, LabGround::Ball, "A ball each");
-    if ground != lab.ground {
-        lab.ground = ground;
-    }
-    let mut slope = lab.slope;
-    ui.add_enabled_ui(ground == LabGround::Floor, |ui| {
-        ui.label("Slope of the floor, degrees");
-        ui.add(egui::Slider::new(&mut slope.x, -STEEPEST..=STEEPEST).text("sideways"));
-        ui.add(egui::Slider::new(&mut slope.y, -STEEPEST..=STEEPEST).text("ahead"));
-        if ui.button("Level").clicked() {
-            slope = Vec2::ZERO;
-        }
-    });
-    if slope != lab.slope {
-        lab.slope = slope;
-    }
-    ui.weak("Left: feet of five segments; right: of two.");
-    ui.weak("Right drag, or a finger, pulls at a limb.");
+    ui.weak("Arrow keys, the left stick or a thumb take it over; Shift walks faster.");
 }
 
 /// The live count.

@@ -4,10 +4,10 @@
 //! | --- | --- |
 //! | `options` | the command line, and the query of a page's address |
 //! | `window` | the Bevy app: plugins, quality, the camera |
-//! | `scenes/` | rink, foot lab, course, crowd: one state of the app each |
+//! | `scenes/` | rink, foot lab, course, crowd, field: one state of the app each |
 //! | `stage` | what the scenes need of the command line |
 //! | `scene`, `headless` | a control on its character; the same without Bevy: summary table and storyboard |
-//! | `menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
+//! | `menu`, `lab_menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
 //! | `panels` | the panels of feature `ui`, opened as the command line asks |
 //! | `act` | what the skater on the rink does |
 //! | `keys`, `touch`, `stick`, `thumb`, `pull` | keys, fingers as a mouse, a stick for thumbs, pulling at a limb |
@@ -30,6 +30,7 @@ mod gif_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod headless;
 mod keys;
+mod lab_menu;
 mod labels;
 mod menu;
 mod news;

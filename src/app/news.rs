@@ -2,8 +2,8 @@
 
 use crate::app::act::skill_title;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset, AthleteSettings, Landing,
-    SkillStarted,
+    Athlete, AthleteBody, AthleteController, AthleteFell, AthleteQuarantined, AthleteRefused, AthleteReset,
+    AthleteSettings, Landing, SkillStarted, StepTaken, StumbleCause, Stumbled,
 };
 use bevy::prelude::*;
 use std::collections::VecDeque;
@@ -31,6 +31,8 @@ impl Plugin for NewsPlugin {
             .add_observer(skill_started)
             .add_observer(landed)
             .add_observer(fell)
+            .add_observer(stepped)
+            .add_observer(stumbled)
             .add_observer(|bad: On<AthleteQuarantined>, mut news: ResMut<News>| {
                 news.tell(format!("stopped: {:?}", bad.event()));
             })
@@ -65,6 +67,24 @@ fn landed(landing: On<Landing>, athletes: Query<(), With<Athlete>>, mut news: Re
     if landing.airtime > HOP && is_alone(&athletes) {
         let (turns, air, height) = (landing.turns.abs(), landing.airtime, landing.height * 100.0);
         news.tell(format!("landed: {turns:.1} turns, {air:.2} s in the air, {height:.0} cm up"));
+    }
+}
+
+/// A step of who balances is news; one of a walk is not.
+fn stepped(step: On<StepTaken>, balancing: Query<&AthleteController>, mut news: ResMut<News>) {
+    if matches!(balancing.get(step.entity), Ok(AthleteController::Balance(_))) {
+        let way = step.from.distance(step.to) * 100.0;
+        let side = step.side.map_or(String::new(), |side| format!(" with the {side:?} foot").to_lowercase());
+        news.tell(format!("a step of {way:.0} cm{side}"));
+    }
+}
+
+fn stumbled(stumble: On<Stumbled>, athletes: Query<(), With<Athlete>>, mut news: ResMut<News>) {
+    if is_alone(&athletes) {
+        news.tell(match stumble.cause {
+            StumbleCause::FootCaught { speed, .. } => format!("a foot catches at {speed:.1} m/s"),
+            StumbleCause::BalanceLost { .. } => "loses its balance".into(),
+        });
     }
 }
 

@@ -44,7 +44,7 @@ pub struct DemoOptions {
     /// Perform this control instead of the demo's own.
     #[arg(long, value_name = "FILE")]
     pub control: Option<PathBuf>,
-    /// Scene at the start: rink, foot-lab, course, crowd.
+    /// Scene at the start: rink, foot-lab, course, crowd, field.
     #[arg(long, default_value = "rink", value_parser = scene)]
     pub scene: DemoScene,
     /// What the skater on the rink does: clip, program, steer, or the name of a skill.

@@ -1,5 +1,5 @@
-//! A stick for thumbs: once a finger has touched the window of the rink, it lies in the lower right corner and steers the
-//! skater as the arrow keys do.
+//! A stick for thumbs: once a finger has touched the window, it lies in the lower right corner and steers the skater, the
+//! runner or the walker as the arrow keys do.
 
 use crate::app::act::Act;
 use crate::app::menu::moves;
@@ -52,6 +52,7 @@ pub(super) fn show_stick(
             .show(contexts.ctx_mut()?, |ui| {
                 ui.with_layout(egui::Layout::top_down(egui::Align::Max), |ui| {
                     if *act == Act::Steer
+                        && !skaters.is_empty()
                         && let Some(name) = moves(ui)
                     {
                         skaters.iter().for_each(|skater| commands.trigger(PerformSkill::new(skater, name)));

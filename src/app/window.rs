@@ -15,6 +15,7 @@ use crate::app::reflection::{make_images, place_images};
 use crate::app::scenery::HAZE;
 use crate::app::scenes::course::CoursePlugin;
 use crate::app::scenes::crowd::CrowdPlugin;
+use crate::app::scenes::field::FieldPlugin;
 use crate::app::scenes::foot_lab::FootLabPlugin;
 use crate::app::scenes::skating::SkatingPlugin;
 use crate::app::screenshot::{PictureSource, Shot, image_target, take};
@@ -72,8 +73,7 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
         app.add_plugins((plugins, EguiPlugin::default(), TouchPlugin))
             .add_systems(
                 EguiPrimaryContextPass,
-                (paint_labels, show_panel, show_menu, show_buttons, show_stick.run_if(in_state(DemoScene::Rink)))
-                    .chain(),
+                (paint_labels, show_panel, show_menu, show_buttons, show_stick.run_if(steers)).chain(),
             )
             .add_systems(
                 Update,
@@ -99,7 +99,7 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
     app.add_plugins(crate::app::web::PagePlugin);
     app.add_plugins((AthletePlugins, NewsPlugin, PullPlugin, SprayPlugin))
         .insert_state(if options.crowd > 0 { DemoScene::Crowd } else { options.scene })
-        .add_plugins((SkatingPlugin, FootLabPlugin, CoursePlugin, CrowdPlugin))
+        .add_plugins((SkatingPlugin, FootLabPlugin, CoursePlugin, CrowdPlugin, FieldPlugin))
         .insert_resource(options.play)
         .insert_resource(AthleteWorld(control.world.clone()))
         .insert_resource(ClearColor(HAZE))
@@ -145,6 +145,11 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
         None if exit.is_success() => ExitCode::SUCCESS,
         None => ExitCode::FAILURE,
     }
+}
+
+/// Whether the scene has somebody to steer.
+fn steers(scene: Res<State<DemoScene>>) -> bool {
+    matches!(scene.get(), DemoScene::Rink | DemoScene::Course | DemoScene::Field)
 }
 
 /// Where the files of the crate are: in the page's `assets`; else beside the program or in a folder above it, so that the

@@ -1,68 +1,48 @@
-//! The foot lab: the human with feet of sixteen bones beside the one with feet of two segments, balanced on a floor that tilts or on a ball. Poses, ground and
-//! slope by the menu; a pull by the pointer. Nothing but joint torques and contact holds them up: they step where standing no longer helps, and fall
-//! when they are asked too much.
+//! The foot lab: the human with feet of sixteen bones beside the one with feet of two segments, balanced on a floor that tilts or on a ball. Motions,
+//! ground, slope, lumps under a foot and pushes by the menu; segments and ankles on the contact plate; a pull by the pointer. Nothing but joint torques
+//! and contact holds them up: they step where standing no longer helps, and fall when they are asked too much.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `settings` | what the lab is set to |
+//! | `motions` | poses, circles, the jump, pushes |
+//! | `ground` | the floor, the balls, the lumps |
+
+mod ground;
+mod motions;
+mod settings;
 
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::stage::Stage;
-use crate::contact::{Geometry, Solid, Surface, World};
+use crate::contact::World;
 use crate::engine::{
-    Athlete, AthleteBody, AthleteController, AthleteHistory, AthleteSystems, AthleteWorld, BalancePose, CharacterAsset,
+    Athlete, AthleteBody, AthleteController, AthleteHistory, AthleteSettings, AthleteSystems, AthleteWorld,
+    BalancePose, CharacterAsset,
 };
-use crate::model::{SharedModel, foot_human, two_segment_human};
-use bevy::math::{DQuat, DVec2, DVec3};
+use crate::model::{foot_human, two_segment_human};
+use crate::ui::{AthletePanels, Panel};
+use bevy::math::DVec2;
 use bevy::prelude::*;
+use ground::{ASIDE, BALL, Floor, LumpOf};
 
-/// The steepest floor, degrees.
-pub(crate) const STEEPEST: f32 = 12.0;
-/// How fast the floor tilts, rad/s.
-const TILT_RATE: f64 = 0.12;
+pub(crate) use settings::{FootLab, HIGHEST, LabGround, Lump, MOTIONS, STEEPEST, STRONGEST};
+
 /// Half of the floor's sides, m.
 const FLOOR: f32 = 1.6;
-/// How far from the middle each human stands, m.
-const ASIDE: f32 = 0.7;
-/// Radius of the balls, m.
-const BALL: f32 = 0.6;
 
-/// What the menu offers.
-pub(crate) const POSES: [(&str, BalancePose); 6] = [
-    ("Both soles", BalancePose::Rest),
-    ("Tiptoe", BalancePose::Tiptoe),
-    ("Inside tilt", BalancePose::InsideTilt),
-    ("Outside tilt", BalancePose::OutsideTilt),
-    ("Left leg", BalancePose::LeftLeg),
-    ("Right leg", BalancePose::RightLeg),
-];
-
-/// What they stand on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum LabGround {
-    /// A floor that tilts.
-    #[default]
-    Floor,
-    /// A ball each.
-    Ball,
+/// A human of the lab.
+#[derive(Component)]
+pub(crate) struct LabHuman {
+    /// What it was told to do.
+    told: AthleteController,
+    /// Where a lump comes up under it: x and z, m.
+    lump: Option<DVec2>,
 }
 
-/// What the lab is set to.
-#[derive(Resource, Clone, Debug, Default)]
-pub(crate) struct FootLab {
-    /// Index of the pose.
-    pub pose: usize,
-    /// Ground.
-    pub ground: LabGround,
-    /// Slope to be reached, degrees: sideways (to the right is down), ahead (ahead is down).
-    pub slope: Vec2,
-    /// Slope at present, rad.
-    now: DVec2,
-}
-
-/// A human of the lab, and the pose that it was told to take.
+/// The human that the panels show first.
 #[derive(Component)]
-pub(crate) struct LabHuman(BalancePose);
-
-#[derive(Component)]
-struct Floor;
+struct First;
 
 /// What lies on one ground only.
 #[derive(Component)]
@@ -73,10 +53,23 @@ pub(crate) struct FootLabPlugin;
 impl Plugin for FootLabPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FootLab>()
+            .add_observer(motions::end_jump)
             .add_systems(OnEnter(DemoScene::FootLab), enter)
-            .add_systems(FixedUpdate, take_pose.run_if(in_state(DemoScene::FootLab)))
-            .add_systems(FixedPostUpdate, tilt.in_set(AthleteSystems::ReadWorld).run_if(in_state(DemoScene::FootLab)))
-            .add_systems(Update, (place_floor, change_ground).run_if(in_state(DemoScene::FootLab)));
+            .add_systems(OnExit(DemoScene::FootLab), close_plate)
+            .add_systems(
+                FixedUpdate,
+                (motions::leave_to_plate, motions::take_motion, motions::push, ground::keep_places)
+                    .chain()
+                    .run_if(in_state(DemoScene::FootLab)),
+            )
+            .add_systems(
+                FixedPostUpdate,
+                ground::move_ground.in_set(AthleteSystems::ReadWorld).run_if(in_state(DemoScene::FootLab)),
+            )
+            .add_systems(
+                Update,
+                (change_ground, ground::place_ground, select_first).chain().run_if(in_state(DemoScene::FootLab)),
+            );
     }
 }
 
@@ -86,6 +79,7 @@ fn enter(
     mut lab: ResMut<FootLab>,
     mut props: Props,
     mut characters: ResMut<Assets<CharacterAsset>>,
+    panels: Option<ResMut<AthletePanels>>,
 ) {
     *lab = FootLab::default();
     let root = scene_root(&mut commands, DemoScene::FootLab);
@@ -99,38 +93,49 @@ fn enter(
         commands.spawn((ChildOf(root), lies, ball, Visibility::Hidden, Transform::from_xyz(x, BALL, 0.0)));
     }
     commands.insert_resource(AthleteWorld(World::ground()));
-    spawn_humans(&mut commands, &mut characters, LabGround::Floor);
+    spawn_humans(&mut commands, &mut props, &mut characters, LabGround::Floor);
+    panels.into_iter().for_each(|mut panels| panels.set_open(Panel::ContactPlate, true));
 }
 
-fn spawn_humans(commands: &mut Commands, characters: &mut Assets<CharacterAsset>, ground: LabGround) {
-    let top = if ground == LabGround::Ball { 2.0 * BALL } else { 0.0 };
-    for (model, x) in [(foot_human(), -ASIDE), (two_segment_human(), ASIDE)] {
-        commands.spawn((
-            LabHuman(BalancePose::Rest),
-            DespawnOnExit(DemoScene::FootLab),
-            Athlete(characters.add(CharacterAsset { model })),
-            AthleteController::Balance(BalancePose::Rest),
-            AthleteHistory::default(),
-            Transform::from_xyz(x, top, 0.0),
-        ));
+/// The plate shows the feet of five segments at first.
+fn select_first(panels: Option<ResMut<AthletePanels>>, ready: Query<Entity, (With<First>, Added<AthleteBody>)>) {
+    if let Some((mut panels, first)) = panels.zip(ready.iter().next()) {
+        panels.selected = Some(first);
     }
 }
 
-/// Whether a body has what a pose stands on.
-fn can_take(pose: BalancePose, model: &SharedModel) -> bool {
-    pose.stance(model).is_ok()
+fn close_plate(panels: Option<ResMut<AthletePanels>>) {
+    panels.into_iter().for_each(|mut panels| panels.set_open(Panel::ContactPlate, false));
 }
 
-/// Tells those who can to take the chosen pose; the feet of two segments have no inside and no outside.
-fn take_pose(lab: Res<FootLab>, mut humans: Query<(&mut LabHuman, &mut AthleteController, &AthleteBody)>) {
-    let (_, pose) = POSES[lab.pose.min(POSES.len() - 1)];
-    for (mut human, mut controller, body) in &mut humans {
-        if human.0 != pose {
-            human.0 = pose;
-            if can_take(pose, body.model()) {
-                *controller = AthleteController::Balance(pose);
-            }
+/// Both humans and their lumps; the first of them has feet of five segments.
+fn spawn_humans(
+    commands: &mut Commands,
+    props: &mut Props,
+    characters: &mut Assets<CharacterAsset>,
+    ground: LabGround,
+) {
+    let top = if ground == LabGround::Ball { 2.0 * BALL } else { 0.0 };
+    let names = ["feet of five segments", "feet of two"];
+    for ((model, x), name) in [(foot_human(), -ASIDE), (two_segment_human(), ASIDE)].into_iter().zip(names) {
+        let rest = AthleteController::Balance(BalancePose::Rest);
+        let human = commands.spawn((
+            LabHuman { told: rest.clone(), lump: None },
+            Name::new(name),
+            DespawnOnExit(DemoScene::FootLab),
+            Athlete(characters.add(CharacterAsset { model })),
+            rest,
+            // Who has fallen gets up.
+            AthleteSettings { restart_after: Some(1.5), ..default() },
+            AthleteHistory::default(),
+            Transform::from_xyz(x, top, 0.0),
+        ));
+        let human = human.id();
+        if x < 0.0 {
+            commands.entity(human).insert(First);
         }
+        let lump = props.ball(1.0, Color::srgb(0.80, 0.42, 0.30));
+        commands.spawn((DespawnOnExit(DemoScene::FootLab), LumpOf(human), lump, Visibility::Hidden));
     }
 }
 
@@ -139,63 +144,40 @@ fn change_ground(
     mut commands: Commands,
     mut lab: ResMut<FootLab>,
     mut shown: Local<LabGround>,
-    humans: Query<Entity, With<LabHuman>>,
-    mut props: Query<(&OnGround, &mut Visibility)>,
+    humans: Query<Entity, Or<(With<LabHuman>, With<LumpOf>)>>,
+    mut grounds: Query<(&OnGround, &mut Visibility)>,
+    mut props: Props,
     mut characters: ResMut<Assets<CharacterAsset>>,
 ) {
     if *shown == lab.ground {
         return;
     }
     *shown = lab.ground;
-    (lab.pose, lab.slope, lab.now) = (0, Vec2::ZERO, DVec2::ZERO);
-    for (on, mut visibility) in &mut props {
+    *lab = FootLab { ground: *shown, force: lab.force, ..FootLab::default() };
+    for (on, mut visibility) in &mut grounds {
         *visibility = if on.0 == *shown { Visibility::Inherited } else { Visibility::Hidden };
     }
     humans.iter().for_each(|human| commands.entity(human).despawn());
-    spawn_humans(&mut commands, &mut characters, *shown);
-}
-
-/// Tilts the floor under whoever stands on it, or puts balls there.
-fn tilt(time: Res<Time>, mut lab: ResMut<FootLab>, mut world: ResMut<AthleteWorld>) {
-    let lab = lab.bypass_change_detection();
-    world.solids.clear();
-    if lab.ground == LabGround::Ball {
-        for x in [-ASIDE, ASIDE] {
-            let center = DVec3::new(f64::from(x), f64::from(BALL), 0.0);
-            let ball = Geometry::Sphere { center, radius: f64::from(BALL) };
-            world.solids.push(Solid::fixed(ball, Surface::GROUND));
-        }
-        // Whoever falls off it lies somewhere.
-        let floor = Geometry::Plane { point: DVec3::ZERO, normal: DVec3::Y };
-        world.solids.push(Solid::fixed(floor, Surface::GROUND));
-        return;
-    }
-    let dt = time.delta_secs_f64();
-    let wanted = DVec2::new(-f64::from(lab.slope.y), -f64::from(lab.slope.x)) * 1f64.to_radians();
-    let step = (wanted - lab.now).clamp_length_max(TILT_RATE * dt);
-    lab.now += step;
-    let turn = DQuat::from_scaled_axis(DVec3::new(lab.now.x, 0.0, lab.now.y));
-    let rate = step / dt.max(1e-9);
-    let mut floor = Solid::fixed(Geometry::Plane { point: DVec3::ZERO, normal: turn * DVec3::Y }, Surface::GROUND);
-    floor.angular_velocity = DVec3::new(rate.x, 0.0, rate.y);
-    world.solids.push(floor);
-}
-
-fn place_floor(lab: Res<FootLab>, mut floors: Query<&mut Transform, With<Floor>>) {
-    for mut floor in &mut floors {
-        let turn = DQuat::from_scaled_axis(DVec3::new(lab.now.x, 0.0, lab.now.y)).as_quat();
-        *floor = Transform::from_translation(turn * Vec3::new(0.0, -0.04, 0.0)).with_rotation(turn);
-    }
+    spawn_humans(&mut commands, &mut props, &mut characters, *shown);
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::motions::can_take;
+    use super::settings::{MOTIONS, Motion};
+    use crate::engine::BalancePose;
+    use crate::model::{SharedModel, foot_human, two_segment_human};
 
     #[test]
-    fn the_feet_of_five_segments_take_every_pose_and_those_of_two_the_flat_ones() {
-        let can = |model: &SharedModel| POSES.map(|(_, pose)| can_take(pose, model));
-        assert_eq!(can(&foot_human()), [true; 6]);
-        assert_eq!(can(&two_segment_human()), [true, true, false, false, true, true]);
+    fn the_feet_of_five_segments_do_everything_and_those_of_two_what_needs_no_side() {
+        let can = |model: &SharedModel| {
+            MOTIONS.map(|(_, motion)| match motion {
+                Motion::Pose(pose) => can_take(pose, model),
+                Motion::Circle(foot) => (0..4).all(|quarter| can_take(BalancePose::Circling { foot, quarter }, model)),
+                Motion::Jump => true,
+            })
+        };
+        assert_eq!(can(&foot_human()), [true; 9]);
+        assert_eq!(can(&two_segment_human()), [true, true, false, false, true, true, false, false, true]);
     }
 }

@@ -5,10 +5,12 @@
 //! | `skating` | the rink: a skater with a control, a program, skills, or steered |
 //! | `foot_lab` | the human with feet of sixteen bones on a floor that tilts |
 //! | `course` | the runner and its obstacles |
+//! | `field` | a walk over rough ground |
 //! | `crowd` | as many skaters as the machine holds |
 
 pub(super) mod course;
 pub(super) mod crowd;
+pub(super) mod field;
 pub(super) mod foot_lab;
 pub(super) mod skating;
 
@@ -26,11 +28,13 @@ pub enum DemoScene {
     Course,
     /// As many skaters as the machine holds.
     Crowd,
+    /// A walk over rough ground.
+    Field,
 }
 
 impl DemoScene {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Rink, Self::FootLab, Self::Course, Self::Crowd];
+    pub const ALL: [Self; 5] = [Self::Rink, Self::FootLab, Self::Course, Self::Crowd, Self::Field];
 
     /// Its name on a command line.
     pub fn name(self) -> &'static str {
@@ -39,6 +43,7 @@ impl DemoScene {
             Self::FootLab => "foot-lab",
             Self::Course => "course",
             Self::Crowd => "crowd",
+            Self::Field => "field",
         }
     }
 
@@ -49,6 +54,7 @@ impl DemoScene {
             Self::FootLab => "Foot lab",
             Self::Course => "Course",
             Self::Crowd => "Crowd",
+            Self::Field => "Field",
         }
     }
 
