@@ -40,6 +40,7 @@ pub fn basic_poses(foot: &FootAnatomy) -> Result<Vec<PosedFoot>, FootError> {
         };
         let rotation = DQuat::from_rotation_z(roll);
         let request = FootPoseRequest {
+            under: Default::default(),
             ankle: DVec3::Y * height,
             rotation,
             direction: foot.forward(),

@@ -20,7 +20,7 @@ pub struct CharacterAsset {
 }
 
 impl CharacterAsset {
-    /// One of the characters that come with the crate: `skater`, `foot_human`, `two_segment_human` or `runner`.
+    /// One of the characters that come with the crate: `skater`, `foot_human`, `two_segment_human`, `toes_human` or `runner`.
     pub fn preset(name: &str) -> Option<Self> {
         preset(name).map(|model| Self { model })
     }

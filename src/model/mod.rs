@@ -44,7 +44,7 @@ pub use model_clip::{LinkTransform, ModelClip, ModelPose, ModelVelocity};
 pub use position_import::{
     ImportedPoses, PositionImportError, PositionImportOptions, PositionWarning, import_positions,
 };
-pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, two_segment_human};
+pub use presets::{PRESET_NAMES, foot_human, preset, preset_source, runner, skater, toes_human, two_segment_human};
 pub use retarget::{ImportError, import_bvh, import_scale};
 pub use side_check::SidedPart;
 pub use sole_height::SoleHeights;

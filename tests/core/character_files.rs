@@ -11,10 +11,11 @@ use bevy_athlete::model::{self, CharacterModel, ContactKind, JointKind, Link, PR
 use glam::{DMat3, DVec3};
 
 /// Name, degrees of freedom, mass in kg and height in m.
-const TOTALS: [(&str, usize, f64, f64); 4] = [
+const TOTALS: [(&str, usize, f64, f64); 5] = [
     ("skater", 57, 50.069, 1.4971),
     ("foot_human", 66, 48.5, 1.5),
     ("two_segment_human", 44, 48.5, 1.5),
+    ("toes_human", 84, 48.5, 1.5),
     ("runner", 45, 68.0, 1.7),
 ];
 
@@ -64,7 +65,7 @@ fn totals_are_those_of_the_papers() {
         assert!((high - low - height).abs() < 1e-3, "{name} is {} m high", high - low);
     }
     assert_eq!(TOTALS.map(|t| t.0), PRESET_NAMES);
-    assert_eq!(TOTALS.map(|t| preset(t.0).step_rate), [1200.0, 1800.0, 1800.0, 2000.0]);
+    assert_eq!(TOTALS.map(|t| preset(t.0).step_rate), [1200.0, 1800.0, 1800.0, 1800.0, 2000.0]);
 }
 
 #[test]

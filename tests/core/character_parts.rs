@@ -70,7 +70,13 @@ fn the_points_of_a_fall_are_those_that_skills_were_trained_with() {
         "hip_right",
     ]
     .as_slice();
-    for (name, trunk) in [("skater", skater), ("foot_human", human), ("two_segment_human", human), ("runner", runner)] {
+    for (name, trunk) in [
+        ("skater", skater),
+        ("foot_human", human),
+        ("two_segment_human", human),
+        ("toes_human", human),
+        ("runner", runner),
+    ] {
         let model = model::preset(name).expect("a preset");
         let expected: Vec<&str> = trunk.iter().chain(&LIMBS).copied().collect();
         assert_eq!(names(&model, forbidden_points(&model)), expected, "{name}");
@@ -95,6 +101,12 @@ fn the_feet_and_the_trunk_of_the_presets() {
             &["pelvis", "chest", "head"],
         ),
         ("two_segment_human", &["foot", "toes"], "chest", &["pelvis", "chest", "head"]),
+        (
+            "toes_human",
+            &["medial_metatarsal", "toe1", "toe2", "toe3", "lateral_metatarsal", "toe4", "toe5", "heel"],
+            "chest",
+            &["pelvis", "chest", "head"],
+        ),
         ("runner", &["foot"], "chest", &["pelvis", "abdomen", "chest", "head"]),
     ] {
         let model = model::preset(name).expect("a preset");

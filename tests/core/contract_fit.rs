@@ -116,7 +116,7 @@ fn bodies_are_compared_by_what_they_are() {
         matches!(&error, TrainedSkillError::Policy(PolicyError::Misfit { misfit, .. }) if misfit.field == "character_fingerprint"),
         "{error}"
     );
-    for name in ["foot_human", "two_segment_human", "runner"] {
+    for name in ["foot_human", "two_segment_human", "toes_human", "runner"] {
         let model = preset(name).unwrap();
         let policy = Policy::from_bytes(&changed("stroking", |_| {}), "stroking.onnx").unwrap();
         let error = policy.check_for(&model).unwrap_err();

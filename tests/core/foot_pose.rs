@@ -121,7 +121,8 @@ fn soles_lie_on_any_plane_though_the_ankle_is_off() {
         let ankle = ground.point + ground.normal * height;
         let off = DVec3::new(random.normal(), random.normal(), random.normal()).normalize() * random.range(0.0, 0.005);
         let direction = rotation * DVec3::NEG_Z;
-        let request = FootPoseRequest { ankle: ankle + off, rotation, direction, touch, ground };
+        let request =
+            FootPoseRequest { ankle: ankle + off, rotation, direction, touch, ground, under: Default::default() };
         let pose = foot_pose(foot, &request, &options);
         let seen = measured(&model, foot, &pose, &ground);
         let told = format!("draw {draw}, pose {kind}: {:?}\n{seen:?}", pose.report);
@@ -153,7 +154,8 @@ fn soles_lie_on_any_plane_though_the_ankle_is_off() {
 /// A request over level ground, the foot straight ahead.
 fn level(foot: &FootAnatomy, height: f64, rotation: DQuat, touch: SegmentSet) -> FootPoseRequest {
     let direction = rotation * foot.forward();
-    FootPoseRequest { ankle: DVec3::Y * height, rotation, direction, touch, ground: GroundPlane::LEVEL }
+    let (ground, under) = (GroundPlane::LEVEL, Default::default());
+    FootPoseRequest { ankle: DVec3::Y * height, rotation, direction, touch, ground, under }
 }
 
 #[test]

@@ -83,5 +83,6 @@ mod stranger_skeletons;
 mod support;
 mod support_height;
 mod three_turn_clips;
+mod toes;
 mod trace_reader;
 mod training;

@@ -99,7 +99,7 @@ fn characters() {
     let mut random = RandomStream::new(20_190_102, 1);
     let (mut accepted, count) = (0, 1500);
     for k in 0..count {
-        let (file, text) = preset_source(PRESET_NAMES[k % 4]).unwrap();
+        let (file, text) = preset_source(PRESET_NAMES[k % PRESET_NAMES.len()]).unwrap();
         let Ok(character) = Character::parse(file, mutate(text, &mut random).as_bytes()) else { continue };
         let Ok(model) = CharacterModel::build(&character) else { continue };
         accepted += 1;

@@ -33,7 +33,7 @@ fn motion(model: &CharacterModel) -> MotionClip {
         let names = [name.to_owned(), renamed.unwrap_or_default()];
         clip.joints.iter().position(|j| names.contains(j))
     };
-    let driven = |name: &str| theirs(name).is_some() || name.starts_with("toes") || name.starts_with("medial_phal");
+    let driven = |name: &str| theirs(name).is_some() || name.starts_with("toe") || name.starts_with("medial_phal");
     let joints: Vec<String> = model.links[1..].iter().map(|l| l.name.clone()).filter(|n| driven(n)).collect();
     let poses = clip.poses.iter().enumerate();
     let poses = poses.map(|(k, pose)| Pose {

@@ -77,7 +77,8 @@ fn a_raised_floor_is_seen_as_the_level_one() {
         let model = preset(name).unwrap();
         let (level, raised) = (seen_on(&model, 0.0, DVec3::ZERO), seen_on(&model, 0.5, DVec3::ZERO));
         let apart = farthest(&level, &raised);
-        assert!(apart < 1e-6, "{name}: {apart}");
+        // Rounding at another height: the rates of toes of 20 g show it most.
+        assert!(apart < 1e-5, "{name}: {apart}");
     }
 }
 

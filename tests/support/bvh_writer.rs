@@ -159,7 +159,7 @@ impl Writer<'_> {
         let axes = self.axes(apart, basis(DVec3::NEG_X, DVec3::Y), Some((rest[foot] - rest[shin]).normalize()));
         parent = self.add(name(2), parent, shin, offset, axes);
         // The ball of the foot: the toes' joint, or a place on the foot.
-        let toes = link("toes").or(link("medial_phalanges"));
+        let toes = link("toes").or(link("medial_phalanges")).or(link("toe3"));
         let ball = toes.map_or(DVec3::new(0.0, -0.05, -0.12), |t| rest[t] - rest[foot]);
         let axes = self.axes(DQuat::IDENTITY, basis(DVec3::NEG_Y, DVec3::X), Some(ball.normalize()));
         parent = self.add(name(3), parent, foot, m.links[foot].offset, axes);

@@ -12,8 +12,8 @@ use bevy_athlete::sim::{SimulationSettings, Simulator, step};
 use glam::{DQuat, DVec3};
 
 /// Characters of the scenes and how long each is thrown onto its ground and sways, s.
-pub const SCENES: [(&str, f64); 4] =
-    [("skater", 2.0), ("foot_human", 1.0), ("two_segment_human", 0.5), ("runner", 0.5)];
+pub const SCENES: [(&str, f64); 5] =
+    [("skater", 2.0), ("foot_human", 1.0), ("two_segment_human", 0.5), ("toes_human", 0.5), ("runner", 0.5)];
 
 pub fn new<R: Real>(model: &SharedModel) -> Simulator<R> {
     Simulator::new(model.clone(), SimulationSettings::of(model))

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 pub struct Balance {
     /// rest, tiptoe, inside_tilt, outside_tilt, left_leg, right_leg, left_circling or right_circling
     pose: String,
-    /// Name of a preset (foot_human, two_segment_human) or path of a .character.ron file
+    /// Name of a preset (foot_human, two_segment_human, toes_human) or path of a .character.ron file
     #[arg(long, default_value = "foot_human")]
     character: String,
     /// How long, s, 1 to 3600
@@ -37,6 +37,9 @@ pub struct Balance {
     /// Where the push goes, degrees: 0 backwards (from the front), 90 to the right, 180 forwards
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     direction: f64,
+    /// The ground is a fixed ball of this radius below the middle between the feet, m, 0.2 to 1000
+    #[arg(long, conflicts_with = "push")]
+    ball: Option<f64>,
     /// Joint noise at the start, rad, 0 to 0.3
     #[arg(long, default_value_t = 0.03)]
     noise: f64,
@@ -66,6 +69,7 @@ impl Balance {
         within("--trials", self.trials, 1..=10_000, "")?;
         within("--push", self.push, 0.0..=10_000.0, "N")?;
         within("--direction", self.direction, -360.0..=360.0, "degrees")?;
+        self.ball.map(|radius| within("--ball", radius, 0.2..=1000.0, "m")).transpose()?;
         within("--noise", self.noise, 0.0..=0.3, "rad")?;
         for friction in &self.friction {
             within("--friction", *friction, 0.01..=3.0, "")?;
@@ -94,7 +98,11 @@ impl Balance {
         let episode = Episode {
             settings,
             stance,
-            disturbance: if self.push > 0.0 { push } else { Disturbance::None },
+            disturbance: match self.ball {
+                Some(radius) => Disturbance::Ball { radius },
+                None if self.push > 0.0 => push,
+                None => Disturbance::None,
+            },
             seconds: self.seconds,
             returns: self.seconds >= 8.0 && stance != StancePose::Basic(BasicPose::Rest),
             friction: (self.friction[0], self.friction[1]),
@@ -102,7 +110,7 @@ impl Balance {
         };
         interrupt::watch()?;
         let bar = bar(self.trials as u64, "balance");
-        let (mut held, mut falls, mut cost, mut done) = (0, Vec::new(), (0.0, 0.0), 0);
+        let (mut held, mut falls, mut cost, mut done, mut carrying) = (0, Vec::new(), (0.0, 0.0), 0, 0.0);
         for number in 0..self.trials {
             if number > 0 && interrupt::asked() {
                 break;
@@ -111,7 +119,10 @@ impl Balance {
             let frames = if number == 0 && self.storyboard.is_some() { 10.0 } else { 0.0 };
             let result = run_episode(&model, &episode, self.seed + number as u64, frames)?;
             match result.fell_at {
-                None => held += 1,
+                None => {
+                    held += 1;
+                    carrying += result.carrying;
+                }
                 Some(time) => falls.push((self.seed + number as u64, time)),
             }
             cost = (cost.0 + result.cost.0, cost.1 + result.cost.1);
@@ -131,17 +142,21 @@ impl Balance {
             complain(&format!("stopped after {done} of {} episodes", self.trials));
         }
         let cost = (cost.0 / done as f64, cost.1 / done as f64);
+        let carrying = (held > 0).then(|| carrying / f64::from(held));
         if self.json {
             let falls: Vec<_> = falls.iter().map(|(n, t)| json!({ "episode": n, "time": t })).collect();
             say_json(&json!({
                 "character": model.name, "pose": self.pose, "seconds": self.seconds, "trials": done, "held": held,
-                "falls": falls, "method": settings.method.name(), "rate": settings.rate,
+                "falls": falls, "carrying_points": carrying, "method": settings.method.name(), "rate": settings.rate,
                 "controller_s_per_s": cost.0, "all_s_per_s": cost.1, "stopped": stopped,
             }))?;
         } else {
             say(&format!("held             {held} of {done} for {} s", self.seconds))?;
             for (number, time) in falls.iter().take(10) {
                 say(&format!("fell             episode {number} at {time:.2} s"))?;
+            }
+            if let Some(points) = carrying {
+                say(&format!("carrying         {points:.1} contact points on average from 2 s on"))?;
             }
             say(&format!("cost             {:.4} s of controller, {:.4} s in all, for a second", cost.0, cost.1))?;
         }

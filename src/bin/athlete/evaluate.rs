@@ -35,7 +35,7 @@ pub struct Evaluate {
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
     trials: usize,
-    /// Instead of the skill's own character: a preset (skater, foot_human, two_segment_human, runner) or a .character.ron file. A
+    /// Instead of the skill's own character: a preset (skater, foot_human, two_segment_human, toes_human, runner) or a .character.ron file. A
     /// body that the policy does not fit is refused, as in a game
     #[arg(long)]
     character: Option<String>,

@@ -9,7 +9,7 @@ use clap::Args;
 use serde_json::json;
 use std::process::ExitCode;
 
-/// Feet of five segments, of two, and of two with more contact points, under the same controller: the largest disturbance that is held
+/// Feet of five segments, of two, of two with more contact points, and with single toes, under the same controller: the largest disturbance that is held
 /// in 90 % of the episodes, beside what was published (Park, Yu, Lee 2018) and what a linear pendulum allows.
 #[derive(Debug, Args)]
 pub struct Feet {
@@ -74,8 +74,8 @@ impl Feet {
         let mut rows = Vec::new();
         if !self.json {
             say(&format!(
-                "{:<20} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>8}",
-                "experiment", "unit", "multi", "two", "more pts", "pub multi", "pub two", "bound"
+                "{:<20} {:>8} {:>8} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8}",
+                "experiment", "unit", "multi", "two", "more pts", "toes", "pub multi", "pub two", "bound"
             ))?;
         }
         for experiment in chosen {
@@ -108,12 +108,13 @@ fn line(row: &FeetRow) -> String {
         x.map_or_else(|| "-".to_owned(), |x| if x < 1.0 { format!("{x:.3}") } else { format!("{x:.1}") })
     };
     format!(
-        "{:<20} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>8}",
+        "{:<20} {:>8} {:>8} {:>8} {:>9} {:>8} {:>9} {:>9} {:>8}",
         row.experiment,
         row.unit,
         figure(row.multi),
         figure(row.two),
         figure(row.two_more_points),
+        figure(row.toes),
         figure(row.published_multi),
         figure(row.published_two),
         figure(row.bound)

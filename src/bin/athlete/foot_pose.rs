@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, Args)]
 pub struct FootPose {
-    /// Name of a preset (foot_human) or path of a .character.ron file
+    /// Name of a preset (foot_human, toes_human) or path of a .character.ron file
     #[arg(long, default_value = "foot_human")]
     character: String,
     /// Number of the foot in the character file's order

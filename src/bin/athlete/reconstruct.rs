@@ -26,7 +26,7 @@ const SEAM: f64 = 0.2;
 
 #[derive(Debug, Args)]
 pub struct Reconstruct {
-    /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file
+    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
     #[arg(long)]
     character: String,
     /// Motion to follow: a .bvh, .clip.ron or .keyposes.ron file

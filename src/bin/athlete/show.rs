@@ -31,7 +31,7 @@ pub struct Show {
     /// Where to write the picture (PNG)
     #[arg(long)]
     storyboard: PathBuf,
-    /// Name of a preset (skater, foot_human, two_segment_human, runner) or path of a .character.ron file; by default that of
+    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file; by default that of
     /// the key poses, else skater
     #[arg(long)]
     character: Option<String>,

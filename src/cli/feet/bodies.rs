@@ -1,6 +1,6 @@
 //! The feet that are compared.
 
-use crate::model::{CharacterModel, SharedModel, foot_human, two_segment_human};
+use crate::model::{CharacterModel, SharedModel, foot_human, toes_human, two_segment_human};
 use std::sync::Arc;
 
 /// Points added between two corners of a sole.
@@ -15,11 +15,13 @@ pub enum FeetBody {
     Two,
     /// Feet of two boxes with points along all edges of the soles: the paper's control.
     TwoMorePoints,
+    /// Feet of eight segments: the five with a joint for every toe.
+    Toes,
 }
 
 impl FeetBody {
-    /// All three.
-    pub const ALL: [FeetBody; 3] = [Self::Multi, Self::Two, Self::TwoMorePoints];
+    /// All four.
+    pub const ALL: [FeetBody; 4] = [Self::Multi, Self::Two, Self::TwoMorePoints, Self::Toes];
 
     /// The body.
     pub fn model(self) -> SharedModel {
@@ -27,6 +29,7 @@ impl FeetBody {
             Self::Multi => foot_human(),
             Self::Two => two_segment_human(),
             Self::TwoMorePoints => Arc::new(with_more_points(&two_segment_human())),
+            Self::Toes => toes_human(),
         }
     }
 }

@@ -114,6 +114,8 @@ pub struct EpisodeResult {
     pub trunk_rate: f64,
     /// Largest distance of a foot from where it stood, m, without what the ground moved.
     pub slid: f64,
+    /// Contact points that carried, on average from the disturbance on.
+    pub carrying: f64,
     /// Instants, where asked for.
     pub frames: Vec<StoryboardFrame>,
     /// Seconds of computing for a second of simulation: of the controller, and of all.
@@ -163,7 +165,7 @@ pub fn watch_episode(
     let start_height = sim.center_of_mass().lane(0).y;
     let every = if frames > 0.0 { ((1.0 / frames / h).round() as usize).max(1) } else { usize::MAX };
     let mut result = EpisodeResult::default();
-    let (mut rate, mut rated) = (0.0, 0.0);
+    let (mut rate, mut rated, mut carrying) = (0.0, 0.0, 0.0);
     let started = std::time::Instant::now();
     let mut controlled = 0.0;
     let change = |seconds: f64| (seconds / h).round() as usize;
@@ -207,10 +209,12 @@ pub fn watch_episode(
         if time > BEGIN {
             let trunk = model.trunk();
             rate += sim.kinematics()[trunk].velocity.angular.lane(0).length_squared();
+            carrying += sim.loaded_points(0) as f64;
             rated += 1.0;
         }
     }
     result.trunk_rate = (rate / f64::max(rated, 1.0)).sqrt();
+    result.carrying = carrying / f64::max(rated, 1.0);
     let simulated = sim.state.time.max(h);
     result.cost = (controlled / simulated, started.elapsed().as_secs_f64() / simulated);
     Ok(result)

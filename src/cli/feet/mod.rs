@@ -1,8 +1,8 @@
-//! What the segments of a foot buy: the experiments of Park, Yu, Lee 2018, Section 6.3, on three feet with one controller.
+//! What the segments of a foot buy: the experiments of Park, Yu, Lee 2018, Section 6.3, on four feet with one controller.
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `bodies` | the three feet: five segments, two segments, two segments with more contact points |
+//! | `bodies` | the feet: five segments, two, two with more contact points, eight with single toes |
 //! | `episode` | one body, one disturbance: did it keep standing |
 //! | `rows` | the experiments, their published figures and mechanical bounds |
 //! | `walking` | the rows of a trained walk: rough ground, a push |

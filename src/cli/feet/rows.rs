@@ -65,6 +65,8 @@ pub struct FeetRow {
     pub two: Option<f64>,
     /// Two segments with more contact points.
     pub two_more_points: Option<f64>,
+    /// Eight segments: single toes.
+    pub toes: Option<f64>,
     /// Published for five segments.
     pub published_multi: Option<f64>,
     /// Published for two.
@@ -105,7 +107,7 @@ pub fn measure_row(
     long: f64,
 ) -> Result<FeetRow, FeetError> {
     let standing = |disturbance, seconds| Episode { settings, ..Episode::standing(disturbance, seconds) };
-    let mut figures = [None; 3];
+    let mut figures = [None; 4];
     for (figure, body) in figures.iter_mut().zip(FeetBody::ALL) {
         let model = body.model();
         *figure = match row.kind {
@@ -142,7 +144,7 @@ pub fn measure_row(
             Kind::WalkPush => hardest_push(&model, options)?,
         };
     }
-    let [multi, two, two_more_points] = figures;
+    let [multi, two, two_more_points, toes] = figures;
     let (published_multi, published_two) = row.published;
     let bound = match row.kind {
         Kind::Push(toward) => Some(push_bound(&FeetBody::Multi.model(), toward)),
@@ -154,6 +156,7 @@ pub fn measure_row(
         multi,
         two,
         two_more_points,
+        toes,
         published_multi,
         published_two,
         bound,

@@ -18,6 +18,11 @@ const LEASH: f64 = 0.01;
 /// A point belongs to the sole of its segment where it lies within this of the segment's lowest, m.
 const SOLE: f64 = 0.003;
 
+/// The ground under a segment is another plane than that under its ankle where its height or its normal differ by more than this, m and
+/// rad, and its own is taken up to these differences: a foot bends over a ball, not down a step.
+const OTHER: f64 = 1e-6;
+const BEND: (f64, f64) = (0.03, 0.6);
+
 /// Where a segment shall stand: its joint, its axes, world frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Anchor {
@@ -165,7 +170,12 @@ impl Footing {
         let inward = if self.anatomy.side == Some(Side::Right) { -1.0 } else { 1.0 };
         let forward = self.anatomy.forward();
         let rotation = (self.flat() * rotation_by(-forward * (-inward * self.roll))).normalize();
+        let mut under = [None; MOST_SEGMENTS];
+        for (k, under) in under.iter_mut().enumerate().take(self.anatomy.segments().len()).skip(1) {
+            *under = self.other_ground(k);
+        }
         let request = FootPoseRequest {
+            under,
             ankle: self.ground.point + self.ground.normal * (height + self.rise),
             rotation,
             direction: self.toward,
@@ -173,6 +183,15 @@ impl Footing {
             ground: self.ground,
         };
         self.pose = Some(foot_pose(&self.anatomy, &request, &FootPoseOptions::default()));
+    }
+
+    /// The ground that segment `k` shall stand on where that is not the foot's.
+    fn other_ground(&self, k: usize) -> Option<GroundPlane> {
+        let anchor = self.anchors[k];
+        let normal = anchor.rotation * DVec3::Y;
+        let own = GroundPlane { point: anchor.place - normal * self.anatomy.segments()[k].drop, normal };
+        let (off, bend) = (self.ground.height(own.point).abs(), (normal - self.ground.normal).length());
+        ((off > OTHER || bend > OTHER) && off < BEND.0 && bend < BEND.1).then_some(own)
     }
 
     /// Places, seen from above, at which the points of these segments touch where they shall stand, world frame, m.

@@ -199,7 +199,8 @@ impl FootAnatomy {
     }
 
     /// Segments ahead of the ankle on the medial or the lateral side of the middle of those soles; none of a foot that has only
-    /// one there, or is on no side.
+    /// one there, or is on no side. Beside a heel one joint on the ankle's link comes to the ground where the foot is tilted: of those on
+    /// that side the outermost, with what hangs on it.
     fn to_side(&self, medial: bool) -> SegmentSet {
         let ahead = |s: &Segment, at: DVec3| s.stands && at.z < 0.0;
         let (mut sum, mut count) = (0.0, 0.0);
@@ -216,8 +217,12 @@ impl FootAnatomy {
             None => return SegmentSet::NONE,
         };
         let middle = sum / f64::max(count, 1.0);
-        let wanted = |at: DVec3| ((at.x - middle) * inward > 1e-6) == medial && (at.x - middle).abs() > 1e-6;
-        self.pick_placed(|s, at| ahead(s, at) && wanted(at))
+        let out = if medial { inward } else { -inward };
+        let side = self.pick_placed(|s, at| ahead(s, at) && (at.x - middle) * out > 1e-6);
+        let on_ankle = side.iter().filter(|&k| self.segments[k].parent == 0);
+        let edge = on_ankle.max_by(|&a, &b| (self.place(a).x * out).total_cmp(&(self.place(b).x * out)));
+        let inner = |k: usize| self.segments[k].parent == 0 && Some(k) != edge;
+        side.iter().filter(|&k| !inner(k)).fold(SegmentSet::NONE, SegmentSet::with)
     }
 
     /// Middle of a segment's points, its own frame.

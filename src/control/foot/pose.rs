@@ -27,6 +27,21 @@ pub struct FootPoseRequest {
     pub touch: SegmentSet,
     /// The ground under the foot.
     pub ground: GroundPlane,
+    /// The ground under single segments where it is another plane, as on a ball, by segment.
+    pub under: [Option<GroundPlane>; MOST_SEGMENTS],
+}
+
+impl FootPoseRequest {
+    /// The plane that segment `k` shall lie on.
+    fn plane(&self, k: usize) -> GroundPlane {
+        self.under.get(k).copied().flatten().unwrap_or(self.ground)
+    }
+
+    /// How high over the foot's plane the joint of segment `k` is whose sole lies on its own, m.
+    fn joint_height(&self, segments: &[Segment], k: usize) -> f64 {
+        let drop = segments[k].drop;
+        self.under[k].map_or(drop, |own| self.ground.height(own.point + own.normal * drop))
+    }
 }
 
 /// Bounds of what the controller may do.
@@ -202,16 +217,18 @@ fn posed(
     let Ground { n, t } = ground;
     let segments = foot.segments();
     let ankle_height = request.ground.height(request.ankle);
+    let ahead = request.rotation * foot.forward();
     let mut joints = FixedJoints::default();
     for k in touch.iter().filter(|&k| k > 0 && k < segments.len() && segments[k].parent == 0) {
-        joints.push(Fixed { arm: request.rotation * segments[k].offset, height: segments[k].drop - ankle_height });
+        let height = request.joint_height(segments, k) - ankle_height;
+        joints.push(Fixed { arm: request.rotation * segments[k].offset, height }, ahead);
     }
     // Where only segments are chosen that hang on others, the ankle aims with the first of those, its parent's joint straight.
     if joints.is_empty() {
         let far = touch.iter().find(|&k| k > 0 && k < segments.len());
-        if let Some(segment) = far.map(|k| &segments[k]).filter(|s| segments[s.parent].parent == 0) {
-            let arm = request.rotation * (segments[segment.parent].offset + segment.offset);
-            joints.push(Fixed { arm, height: segment.drop - ankle_height });
+        if let Some(k) = far.filter(|&k| segments[segments[k].parent].parent == 0) {
+            let arm = request.rotation * (segments[segments[k].parent].offset + segments[k].offset);
+            joints.push(Fixed { arm, height: request.joint_height(segments, k) - ankle_height }, ahead);
         }
     }
     let sole = touch.contains(0).then(|| (request.rotation * DVec3::Y, segments[0].drop - ankle_height));
@@ -237,9 +254,10 @@ fn posed(
             let (origin, parent) = place[segment.parent];
             let origin = origin + parent * segment.offset;
             let world = if touch.contains(k) {
-                Some(frame(DVec3::Y, foot.forward(), n, t))
+                let own = request.plane(k).normal;
+                Some(frame(DVec3::Y, foot.forward(), own, level(t, own).unwrap_or(t)))
             } else {
-                towards_child(segments, k, touch, parent, request.ground.height(origin), ground)
+                towards_child(request, segments, k, touch, (origin, parent), ground)
                     .or_else(|| flattened(foot, k, parent, request.ground.height(origin), ground))
             };
             if let Some(world) = world {
@@ -248,7 +266,7 @@ fn posed(
             }
             place[k] = (origin, (parent * pose.joints[k]).normalize());
         }
-        let report = measured(segment, place[k], &request.ground);
+        let report = measured(segment, place[k], &request.plane(k));
         pose.report.segments[k] = report;
         if touch.contains(k) && missing > PARALLEL {
             pose.report.segments[k].fault = Some(FootFault::JointLimit { missing });
@@ -257,18 +275,20 @@ fn posed(
     pose
 }
 
-/// How a segment that is not chosen turns so that one that hangs on it and is comes to its height; `height` is that of its joint.
+/// How a segment that is not chosen turns so that one that hangs on it and is comes to its height; `origin` is its joint, `parent` how
+/// the segment that it hangs on is turned.
 fn towards_child(
+    request: &FootPoseRequest,
     segments: &[Segment],
     k: usize,
     touch: SegmentSet,
-    parent: DQuat,
-    height: f64,
+    (origin, parent): (DVec3, DQuat),
     Ground { n, t }: Ground,
 ) -> Option<DQuat> {
     let child = (1..segments.len()).find(|&c| segments[c].parent == k && touch.contains(c))?;
     let arm = parent * segments[child].offset;
-    Some(least(arm, n, segments[child].drop - height, t).rotation * parent)
+    let height = request.joint_height(segments, child) - request.ground.height(origin);
+    Some(least(arm, n, height, t).rotation * parent)
 }
 
 /// Parallel to the ground, for a segment that is not chosen and would dig in as it is but not so.

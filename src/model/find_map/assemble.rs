@@ -28,7 +28,7 @@ const LEG_RANGE: f64 = 0.7;
 /// Other names of links in the characters that come with the crate.
 const ALIASES: [&[&str]; 5] = [
     &["foot", "medial_metatarsal"],
-    &["toes", "medial_phalanges"],
+    &["toes", "medial_phalanges", "toe3"],
     &["upper_arm", "bicep"],
     &["abdomen", "waist"],
     &["chest", "spine", "torso"],

@@ -25,7 +25,7 @@ pub(super) struct Bones {
 /// The links of a character by their parts.
 pub(super) struct Links {
     pub(super) roles: Roles,
-    /// Links below the ankle that are toes, left and right.
+    /// Links below the ankle that are toes, left and right; first the one that lies most straight ahead of the ankle.
     pub(super) toes: [Vec<usize>; 2],
     pub(super) bones: Bones,
     /// Length of the left leg from hip over knee to ankle, m.
@@ -66,7 +66,10 @@ impl Links {
                 let name = super::joint_name::read_name(&model.links[*l].name);
                 below(*l, foot) && name.part == Some(super::joint_name::Part::Toe)
             };
-            (foot + 1..model.links.len()).filter(toe).collect::<Vec<usize>>()
+            let mut toes: Vec<usize> = (foot + 1..model.links.len()).filter(toe).collect();
+            let aside = |l: &usize| (rest[*l].x - rest[foot].x).abs();
+            toes.sort_by(|a, b| aside(a).total_cmp(&aside(b)));
+            toes
         });
         let limb = |limb: &Limb, toes: Option<&Vec<usize>>| LimbBones {
             collar: limb.collar.map_or(DVec3::NEG_Y, |c| bone(c, Some(limb.upper))),
