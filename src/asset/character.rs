@@ -13,7 +13,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-pub use parts::{FootEntry, FootKindEntry, PointRole, Side};
+pub use parts::{FootEntry, FootKindEntry, PointRole, Side, SoleEntry};
 
 /// A character as written in its file. [`Character::parse`] returns only validated ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

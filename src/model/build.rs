@@ -3,6 +3,7 @@
 use super::body_parts::{default_roles, found_feet, found_trunk, sole_ends};
 use super::mass::MassProperties;
 use super::overlap::overlap;
+use super::soles::put_on_soles;
 use super::{
     Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
     Link, Shape,
@@ -17,7 +18,7 @@ use std::collections::HashMap;
 impl CharacterModel {
     /// Validates the character and builds its model.
     ///
-    /// A welded link becomes part of its parent. Two links may collide when both have shapes, no joint connects them, the
+    /// A welded link becomes part of its parent. Soles go under feet. Two links may collide when both have shapes, no joint connects them, the
     /// file does not exclude them and their shapes do not already overlap in the zero pose.
     pub fn build(character: &Character) -> Result<Self, CharacterError> {
         character.validate()?;
@@ -74,8 +75,9 @@ impl CharacterModel {
             feet: Vec::new(),
             trunk: 0,
         };
-        model.collision_pairs = collision_pairs(&model, excluded);
         name_parts(&mut model, character, &tree);
+        put_on_soles(&mut model, &character.feet);
+        model.collision_pairs = collision_pairs(&model, excluded);
         Ok(model)
     }
 }

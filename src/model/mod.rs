@@ -23,6 +23,7 @@ mod presets;
 mod retarget;
 mod side_check;
 mod sole_height;
+mod soles;
 mod windows;
 
 pub use crate::asset::{PointRole, Side};

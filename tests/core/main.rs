@@ -78,6 +78,7 @@ mod robustness_card;
 mod salchow_clip;
 mod shipped_skills;
 mod skill_parameters;
+mod soles;
 mod storyboard;
 mod stranger_skeletons;
 mod support;

@@ -50,8 +50,35 @@ pub enum FootKindEntry {
     Blade(String),
 }
 
+/// A shoe's sole under a foot, as thick everywhere; `model/soles.rs` says how it follows the foot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoleEntry {
+    /// From the bare foot's lowest points to the underside, m.
+    pub thickness: f64,
+    /// How far it reaches beyond the bare foot's foremost point, m.
+    #[serde(default)]
+    pub front: f64,
+    /// The same behind, m.
+    #[serde(default)]
+    pub rear: f64,
+    /// The same on either side, m.
+    #[serde(default)]
+    pub side: f64,
+    /// Factor on the friction coefficient of the surface it touches; it takes the place of the bare points' own.
+    #[serde(default = "one")]
+    pub friction: f64,
+    /// Mass of the shoe, kg.
+    pub mass: f64,
+}
+
+/// The neutral factor.
+fn one() -> f64 {
+    1.0
+}
+
 /// A foot: the links that it is made of and what it stands with.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FootEntry {
     /// The side of the body; none for a foot in the middle.
@@ -67,4 +94,7 @@ pub struct FootEntry {
     /// Name of the contact point at its rear; without it, the blade's heel, or the rearmost of the lowest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heel: Option<String>,
+    /// A shoe's sole under it; without it, the foot is bare.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sole: Option<SoleEntry>,
 }

@@ -1,7 +1,7 @@
 //! Validation of a character's feet, roles and trunk: every name known, every foot able to touch the ground.
 
 use super::{Entry, one_of, shown};
-use crate::asset::{Character, CharacterError, FootEntry, FootKindEntry, JointEntry, PointRole};
+use crate::asset::{Character, CharacterError, FootEntry, FootKindEntry, JointEntry, PointRole, SoleEntry};
 use std::collections::HashMap;
 
 /// Most feet of a character.
@@ -100,6 +100,9 @@ impl Parts<'_> {
                 return Err(entry.refuse("links", &foot.links, valid));
             }
         }
+        if let Some(sole) = &foot.sole {
+            check_sole(entry, sole, &foot.kind)?;
+        }
         let points = self.points_on(hosts);
         if points.is_empty() {
             return Err(entry.refuse(
@@ -120,4 +123,17 @@ impl Parts<'_> {
         }
         Ok(())
     }
+}
+
+/// A sole under a foot that stands on contact points.
+fn check_sole(entry: &Entry, sole: &SoleEntry, kind: &FootKindEntry) -> Result<(), CharacterError> {
+    if let FootKindEntry::Blade(_) = kind {
+        return Err(entry.refuse("sole", sole, "nothing on a foot that stands on a blade"));
+    }
+    entry.number("sole thickness", sole.thickness, 1e-3, 0.2, "m")?;
+    entry.number("sole front", sole.front, 0.0, 0.1, "m")?;
+    entry.number("sole rear", sole.rear, 0.0, 0.1, "m")?;
+    entry.number("sole side", sole.side, 0.0, 0.1, "m")?;
+    entry.number("sole friction", sole.friction, 0.0, 10.0, "")?;
+    entry.number("sole mass", sole.mass, 0.0, 10.0, "kg")
 }
