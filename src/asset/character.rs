@@ -94,6 +94,9 @@ pub struct LinkEntry {
     /// Range of the joint, degrees; without it, free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<LimitsEntry>,
+    /// Inertia that turns with the joint and with no link, kg m^2: a rotor's, times the square of its gear ratio. Without it, zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub armature: Option<f64>,
 }
 
 /// How a link moves against its parent.

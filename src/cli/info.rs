@@ -27,6 +27,8 @@ pub struct LinkRow {
     pub kd: f64,
     /// Largest servo torque, N m; `None` is unbounded.
     pub max_torque: Option<f64>,
+    /// Inertia on the joint's own velocity, kg m^2.
+    pub armature: f64,
     /// Contact points on the link.
     pub contact_points: usize,
 }
@@ -129,6 +131,7 @@ pub fn character_table(model: &CharacterModel) -> CharacterTable {
         kp: link.gains.kp,
         kd: link.gains.kd,
         max_torque: link.max_torque.is_finite().then_some(link.max_torque),
+        armature: link.armature,
         contact_points: model.contact_points.iter().filter(|c| c.link == i).count(),
     });
     let points = model.contact_points.iter().map(|point| PointRow {

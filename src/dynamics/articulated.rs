@@ -6,7 +6,7 @@
 //! needs to coast, and the recursion itself is that of a body at rest.
 //!
 //! For link i, with J, H, M the blocks of its articulated inertia, (n, f) its articulated bias, tau the explicit joint
-//! torque, e the implicit gain, and (alpha, a) the acceleration of the parent that arrives at the joint:
+//! torque, e the implicit gain and the joint's armature (both act against the joint's own acceleration), and (alpha, a) the acceleration of the parent that arrives at the joint:
 //!
 //! ```text
 //! joint mobility          Phi = D^-1, D = J + e 1  (ball);   Phi = s s^T / D, D = s^T J s + e, s the axis  (hinge)
@@ -16,7 +16,7 @@
 //!                         Ja = J - J Phi J,    Ha = E^T H, Ma = M - H^T K, na = n + J w,   fa = f + H^T w            (hinge)
 //! ```
 //!
-//! A joint without gains (e = 0) passes on a force only.
+//! A joint with neither (e = 0) passes on a force only.
 //!
 //! A ball joint beyond its range has other gains about some axes: `e 1 + L` takes the place of `e 1`, L symmetric. Then
 //!
@@ -206,7 +206,7 @@ pub fn articulated_inertias<R: Real>(
         let Inertia { angular: j, coupling: h, linear: m } = link.total_inertia(c, k);
         let tau = k.rotation.mul_vec(servo.torque);
         let u = tau - link.bias.moment;
-        let e = servo.implicit;
+        let e = servo.implicit + c.armature;
         let (ja, ha, na);
         if let Some(axis) = c.hinge {
             let s = k.rotation.mul_vec(axis);

@@ -27,6 +27,8 @@ pub struct LinkConstants<R> {
     pub inertia: RotationalInertia<R>,
     /// Largest servo torque, N m.
     pub max_torque: R,
+    /// Inertia on the joint's own velocity, kg m^2.
+    pub armature: R,
     /// Bounds of the rotation vector, rad.
     pub limits: Option<(Vec3<R>, Vec3<R>)>,
 }
@@ -88,6 +90,7 @@ impl<R: Real> LinkConstants<R> {
                     },
                     // Infinity would turn into NaN in a product with zero.
                     max_torque: R::splat(link.max_torque.min(1e9)),
+                    armature: R::splat(link.armature),
                     limits: link.limits.map(|l| (Vec3::splat(l.low), Vec3::splat(l.high))),
                 }
             })

@@ -38,7 +38,8 @@ impl<R: Real> InverseDynamics<R> {
 /// hinge, entry 0 unused) that give the root the acceleration `root` (world axes) and the joints the accelerations
 /// `joints` (child axes) under `gravity`.
 ///
-/// Luh, Walker, Paul 1980, in the form of Featherstone 2008, Section 5.3, with classical accelerations.
+/// Luh, Walker, Paul 1980, in the form of Featherstone 2008, Section 5.3, with classical accelerations. Torques include what armatures
+/// need; links feel nothing of those.
 pub fn inverse_dynamics<R: Real>(
     constants: &[LinkConstants<R>],
     kinematics: &[LinkKinematics<R>],
@@ -89,7 +90,7 @@ pub fn inverse_dynamics_into<R: Real>(
     }
     for i in (1..n).rev() {
         let k = &kinematics[i];
-        let local = k.rotation.tr_mul_vec(wrenches[i].moment);
+        let local = joints[i].mul_add(constants[i].armature, k.rotation.tr_mul_vec(wrenches[i].moment));
         torques[i] = match constants[i].hinge {
             Some(axis) => axis * axis.dot(local),
             None => local,

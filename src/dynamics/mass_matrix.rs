@@ -6,7 +6,7 @@ use crate::math::{Force, Inertia, Mat3, Motion, Real, Sym3, Vec3};
 /// The generalised mass matrix of one character (lane 0), row by row, in the order of the module's conventions: root
 /// linear (world axes), root angular (root axes), joints in link order (child axes; one row for a hinge).
 ///
-/// Featherstone 2008, Section 6.2.
+/// Featherstone 2008, Section 6.2; armatures add to the diagonal.
 pub fn mass_matrix<R: Real>(constants: &[LinkConstants<R>], kinematics: &[LinkKinematics<R>]) -> Vec<Vec<f64>> {
     let n = constants.len();
     // Composite inertia of each subtree about the link's own origin.
@@ -73,6 +73,9 @@ pub fn mass_matrix<R: Real>(constants: &[LinkConstants<R>], kinematics: &[LinkKi
             }
             wrench = wrench.shifted(kinematics[at].from_parent);
             at = constants[at].parent;
+        }
+        if link > 0 {
+            matrix[a][a] += constants[link].armature.lane(0);
         }
     }
     matrix

@@ -52,7 +52,7 @@ pub fn momentum<R: Real>(
     Momentum { linear, angular }
 }
 
-/// Kinetic and potential energy, J; the potential is zero at y = 0 for a gravity along -y.
+/// Kinetic and potential energy, J, that of armatures included; the potential is zero at y = 0 for a gravity along -y.
 pub fn energy<R: Real>(
     constants: &[LinkConstants<R>],
     kinematics: &[LinkKinematics<R>],
@@ -65,6 +65,7 @@ pub fn energy<R: Real>(
         let omega = k.velocity.angular;
         let v = k.velocity.at(k.com);
         kinetic += half * (c.mass * v.length_squared() + omega.dot(k.inertia_com.mul_vec(omega)));
+        kinetic += half * c.armature * k.joint_velocity.length_squared();
         potential -= c.mass * gravity.dot(root_position + k.origin + k.com);
     }
     (kinetic, potential)

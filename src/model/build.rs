@@ -210,6 +210,7 @@ fn build_links(character: &Character, tree: &Tree) -> Vec<Link> {
             gains,
             max_torque: if driven { entry.max_torque.unwrap_or(f64::INFINITY) } else { 0.0 },
             limits: entry.limits.map(limits),
+            armature: if driven { entry.armature.unwrap_or(0.0) } else { 0.0 },
             shapes,
         });
     }

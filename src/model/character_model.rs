@@ -104,6 +104,9 @@ pub struct Link {
     pub max_torque: f64,
     /// Joint range; `None` is free.
     pub limits: Option<JointLimits>,
+    /// Inertia on the joint's own velocity, about every axis it turns about, kg m^2: it adds to the diagonal of the joint-space mass
+    /// matrix and to no link's inertia, as a geared rotor's does (Featherstone 2008, "Rigid Body Dynamics Algorithms", Section 9.6).
+    pub armature: f64,
     /// Solids.
     pub shapes: Vec<Shape>,
 }

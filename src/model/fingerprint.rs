@@ -12,6 +12,8 @@ use glam::{DMat3, DQuat, DVec3};
 /// Bits of a mantissa that count. Rotations of shapes and what follows from them are computed by the machine's own sine, so the
 /// last bits of a number say nothing about the body.
 const MANTISSA: i32 = 40;
+/// What a body had none of before there was such a thing counts only where it is there, after a number of its own: older fingerprints stay.
+const ARMATURE: u64 = 0x6172_6d61;
 
 impl CharacterModel {
     /// A number that is equal for two bodies when all of their numbers are: links and their names, joints, masses, inertias, servo
@@ -103,7 +105,8 @@ impl Hash {
     }
 
     fn link(&mut self, link: &Link) {
-        let Link { name, parent, joint, offset, mass, com, inertia, gains, max_torque, limits, shapes } = link;
+        let Link { name, parent, joint, offset, mass, com, inertia, gains, max_torque, limits, armature, shapes } =
+            link;
         self.text(name);
         self.option(parent, |hash, parent| hash.count(*parent));
         match joint {
@@ -126,6 +129,10 @@ impl Hash {
             hash.vector(*low);
             hash.vector(*high);
         });
+        if *armature != 0.0 {
+            self.kind(ARMATURE);
+            self.number(*armature);
+        }
         self.list(shapes, Self::shape);
     }
 

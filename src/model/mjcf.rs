@@ -7,6 +7,7 @@
 //! | mass, centre of mass, inertia | `inertial` with `fullinertia`, taken as it is (nothing balanced, bounded or fused) |
 //! | contact point | `site` at its centre, and a sphere `geom` that only collides with the floor |
 //! | shape | `geom` that collides with nothing, for the viewer |
+//! | armature | the joint's `armature` |
 //! | servo gains | `custom` numbers `athlete_kp`, `athlete_kd`: one a link; MuJoCo itself ignores them |
 //!
 //! MuJoCo orders velocities otherwise than this crate: a free joint's are linear (world axes) and then angular (body
@@ -88,13 +89,16 @@ pub fn export_mjcf(model: &CharacterModel) -> String {
 fn body_elements(model: &CharacterModel, index: usize) -> Vec<String> {
     let link = &model.links[index];
     let name = escape(&link.name);
+    let armature = number(link.armature);
     let mut out = vec![match link.joint {
         JointKind::Free => format!("<freejoint name=\"{name}\"/>"),
         JointKind::Ball => {
-            format!("<joint name=\"{name}\" type=\"ball\" pos=\"0 0 0\" damping=\"0\" armature=\"0\" stiffness=\"0\"/>")
+            format!(
+                "<joint name=\"{name}\" type=\"ball\" pos=\"0 0 0\" damping=\"0\" armature=\"{armature}\" stiffness=\"0\"/>"
+            )
         }
         JointKind::Hinge { axis } => format!(
-            "<joint name=\"{name}\" type=\"hinge\" pos=\"0 0 0\" axis=\"{}\" damping=\"0\" armature=\"0\" stiffness=\"0\"/>",
+            "<joint name=\"{name}\" type=\"hinge\" pos=\"0 0 0\" axis=\"{}\" damping=\"0\" armature=\"{armature}\" stiffness=\"0\"/>",
             vector(axis)
         ),
     }];

@@ -56,6 +56,8 @@ fn each_refusal_names_file_place_and_value() {
         ("kd: 49.0", "kd: NaN", &["`skater`", "gains.kd is NaN"]),
         ("max_torque: 220.0", "max_torque: 0.0", &["`thigh_left`", "max_torque is 0.0", "N m"]),
         ("joint: Weld,", "joint: Weld, max_torque: 5.0,", &["`blade_left`", "max_torque is 5.0", "nothing on a"]),
+        ("max_torque: 220.0", "max_torque: 220.0, armature: -0.1", &["`thigh_left`", "armature is -0.1", "kg m^2"]),
+        ("joint: Weld,", "joint: Weld, armature: 0.1,", &["`blade_left`", "armature is 0.1", "nothing on a"]),
         (
             "limits: (x: (-75.0, 135.0)",
             "limits: (x: (75.0, 35.0)",

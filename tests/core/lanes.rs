@@ -30,6 +30,7 @@ pub fn walker() -> CharacterModel {
             gains: Gains { kp: 300.0, kd: 20.0 },
             max_torque: 60.0,
             limits: Some(JointLimits { low: DVec3::splat(-0.9), high: DVec3::splat(0.9) }),
+            armature: 0.0,
             shapes: Vec::new(),
         });
         links.len() - 1
@@ -355,6 +356,7 @@ fn a_falling_ball_slides_to_rest_at_coulombs_distance() {
             gains: Gains { kp: 0.0, kd: 0.0 },
             max_torque: f64::INFINITY,
             limits: None,
+            armature: 0.0,
             shapes: Vec::new(),
         }],
         contact_points: vec![ContactPoint {

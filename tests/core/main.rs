@@ -25,6 +25,7 @@ mod puppet;
 mod seen_momentum;
 
 mod architecture;
+mod armature;
 mod balance;
 mod blade;
 mod character_files;

@@ -93,6 +93,7 @@ pub fn random_tree(seed: u64, links: usize) -> CharacterModel {
             gains: Gains { kp: 600.0, kd: 49.0 },
             max_torque: f64::INFINITY,
             limits: None,
+            armature: 0.0,
             shapes: Vec::new(),
         });
     }
@@ -191,6 +192,7 @@ pub fn rigid(mass: f64, inertia: DVec3, com: DVec3) -> CharacterModel {
             gains: Gains { kp: 0.0, kd: 0.0 },
             max_torque: 0.0,
             limits: None,
+            armature: 0.0,
             shapes: Vec::new(),
         }],
         contact_points: Vec::new(),

@@ -156,6 +156,7 @@ pub fn model(name: &str, links: &[(&str, Option<usize>, [f64; 3])]) -> Character
                 gains: Gains { kp: 0.0, kd: 0.0 },
                 max_torque: f64::INFINITY,
                 limits: None,
+                armature: 0.0,
                 shapes: Vec::new(),
             }
         })

@@ -88,6 +88,7 @@ pub fn puppet() -> CharacterModel {
             gains: if parent.is_some() { Gains { kp: 600.0, kd: 49.0 } } else { Gains { kp: 0.0, kd: 0.0 } },
             max_torque: f64::INFINITY,
             limits: None,
+            armature: 0.0,
             shapes: vec![part.shape],
         });
     }

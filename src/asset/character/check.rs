@@ -225,12 +225,18 @@ fn check_link(entry: &Entry, link: &LinkEntry) -> Result<(), CharacterError> {
         if let Some(limits) = link.limits {
             return Err(entry.refuse("limits", (limits.x, limits.y, limits.z), none));
         }
+        if let Some(armature) = link.armature {
+            return Err(entry.refuse("armature", armature, none));
+        }
     }
     if let Some(gains) = link.gains {
         entry.gains(gains.kp, gains.kd)?;
     }
     if let Some(torque) = link.max_torque {
         entry.number("max_torque", torque, 1e-3, 1e6, "N m")?;
+    }
+    if let Some(armature) = link.armature {
+        entry.number("armature", armature, 0.0, 1e3, "kg m^2")?;
     }
     if let Some(limits) = link.limits {
         for (field, (low, high)) in [("limits.x", limits.x), ("limits.y", limits.y), ("limits.z", limits.z)] {

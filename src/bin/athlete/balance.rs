@@ -3,16 +3,18 @@
 use crate::feet::balance_settings;
 use crate::interrupt;
 use crate::output::{Outcome, bar, complain, say, say_json};
-use bevy_athlete::cli::feet::{Disturbance, Episode, StancePose, run_episode};
+use bevy_athlete::cli::feet::{Disturbance, Episode, StancePose, run_episode, with_foot_armature};
 use bevy_athlete::cli::{ArgumentError, check_output, load_character, within};
 use bevy_athlete::control::balance::BalanceSettings;
 use bevy_athlete::control::foot::BasicPose;
+use bevy_athlete::model::SharedModel;
 use bevy_athlete::storyboard::{Ground, Storyboard, StoryboardOptions};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Starts at rest with noise in every joint, takes the pose after 2 s, holds it, and returns to rest for the last 3 s.
 #[derive(Debug, Args)]
@@ -52,6 +54,12 @@ pub struct Balance {
     /// Decisions per second, 10 to 2000
     #[arg(long)]
     rate: Option<f64>,
+    /// Steps of simulation per second, 30 to 20000; by default the character's own
+    #[arg(long)]
+    step_rate: Option<f64>,
+    /// Armature of the feet's joints beyond the ankle, kg m^2, 0 to 10, in place of the character's own
+    #[arg(long)]
+    foot_armature: Option<f64>,
     /// Steps that may be taken to catch a fall
     #[arg(long, default_value_t = 0)]
     steps: u32,
@@ -64,6 +72,18 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// The character, with another rate or armature where they are asked for.
+    fn body(&self) -> Result<SharedModel, Box<dyn std::error::Error>> {
+        let mut model = load_character(&self.character)?;
+        if let Some(armature) = self.foot_armature {
+            model = Arc::new(with_foot_armature(&model, within("--foot-armature", armature, 0.0..=10.0, "kg m^2")?));
+        }
+        if let Some(rate) = self.step_rate {
+            Arc::make_mut(&mut model).step_rate = within("--step-rate", rate, 30.0..=20_000.0, "per second")?;
+        }
+        Ok(model)
+    }
+
     pub fn run(&self) -> Outcome {
         within("--seconds", self.seconds, 1.0..=3600.0, "s")?;
         within("--trials", self.trials, 1..=10_000, "")?;
@@ -94,7 +114,7 @@ impl Balance {
         let settings = BalanceSettings { steps: self.steps, ..balance_settings(&self.method, self.rate)? };
         let (sin, cos) = self.direction.to_radians().sin_cos();
         let push = Disturbance::Push { force: self.push, toward: DVec3::new(sin, 0.0, cos) };
-        let model = load_character(&self.character)?;
+        let model = self.body()?;
         let episode = Episode {
             settings,
             stance,

@@ -3,6 +3,7 @@
 use crate::interrupt;
 use crate::motion;
 use crate::output::{Outcome, announce_trace, complain, say, say_json};
+use bevy_athlete::cli::feet::with_foot_armature;
 use bevy_athlete::cli::{
     ArgumentError, FrameRecorder, check_output, course_scenery, find_skill, load_character, load_task_with,
     skill_of_policy, threads, within,
@@ -45,6 +46,12 @@ pub struct Evaluate {
     /// Instead of the skill's own rows: speeds drawn from this range, such as 0..2.5 (m/s)
     #[arg(long)]
     speed: Option<String>,
+    /// Steps of simulation per second; by default as in a game
+    #[arg(long)]
+    step_rate: Option<f64>,
+    /// Armature of the feet's joints beyond the ankle, kg m^2, 0 to 10, which the policy was not trained with
+    #[arg(long)]
+    foot_armature: Option<f64>,
     /// Seed of the trials
     #[arg(long, default_value_t = TRIALS_SEED)]
     seed: u64,
@@ -58,7 +65,7 @@ pub struct Evaluate {
     #[arg(long)]
     trace: Option<PathBuf>,
     /// Write the robustness card (card.json) of the skill's own rows beside the policy
-    #[arg(long, conflicts_with_all = ["push", "speed", "character"])]
+    #[arg(long, conflicts_with_all = ["push", "speed", "character", "step_rate", "foot_armature"])]
     card: bool,
     /// Print JSON
     #[arg(long)]
@@ -98,8 +105,15 @@ impl Evaluate {
             path.as_ref().map(|path| check_output(option, path)).transpose()?;
         }
         let file = policy_file(&self.policy)?;
-        let (task, policy) =
+        let (mut task, policy) =
             read_trials(&file, self.character.as_deref(), |trial, model| self.change_rows(trial, model))?;
+        if let Some(armature) = self.foot_armature {
+            let armature = within("--foot-armature", armature, 0.0..=10.0, "kg m^2")?;
+            task.model = Arc::new(with_foot_armature(&task.model, armature));
+        }
+        if let Some(rate) = self.step_rate {
+            task = task.at_rate(rate)?;
+        }
         let (rate, folder) = (task.settings.rate, file.parent().unwrap_or(Path::new("")));
         let card_file = folder.join("card.json");
         if self.card {
@@ -175,7 +189,9 @@ impl Evaluate {
         let push = self.push.map_or(String::new(), |n| format!(" --push {n}"));
         let speed = self.speed.as_ref().map_or(String::new(), |s| format!(" --speed {s}"));
         let character = self.character.as_ref().map_or(String::new(), |c| format!(" --character {c}"));
-        format!("{}{character}{push}{speed}", evaluate_command(&self.policy, self.trials, self.seed))
+        let rate = self.step_rate.map_or(String::new(), |r| format!(" --step-rate {r}"));
+        let armature = self.foot_armature.map_or(String::new(), |a| format!(" --foot-armature {a}"));
+        format!("{}{character}{push}{speed}{rate}{armature}", evaluate_command(&self.policy, self.trials, self.seed))
     }
 }
 

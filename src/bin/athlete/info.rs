@@ -89,6 +89,9 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
             link.contact_points
         )?;
     }
+    for link in table.links.iter().filter(|l| l.armature > 0.0) {
+        writeln!(out, "armature of {}: {} kg m^2", link.name, link.armature)?;
+    }
     writeln!(
         out,
         "\n{:<26} {:<26} {:<5} {:<4} {:>26} {:>8} {:>8}",

@@ -34,6 +34,20 @@ impl FeetBody {
     }
 }
 
+/// The same body with this armature (kg m^2) on every joint of its feet beyond the ankle.
+pub fn with_foot_armature(model: &CharacterModel, armature: f64) -> CharacterModel {
+    let mut geared = model.clone();
+    for foot in model.feet() {
+        for &link in &foot.links {
+            // The ankle's link hangs on none of the foot's.
+            if model.links[link].parent.is_some_and(|p| foot.links.contains(&p)) {
+                geared.links[link].armature = armature;
+            }
+        }
+    }
+    geared
+}
+
 /// The same body with three more points on each edge between two corners of a sole.
 fn with_more_points(model: &CharacterModel) -> CharacterModel {
     let mut more = model.clone();

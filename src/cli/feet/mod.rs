@@ -15,7 +15,7 @@ mod rows;
 mod search;
 mod walking;
 
-pub use bodies::FeetBody;
+pub use bodies::{FeetBody, with_foot_armature};
 pub use episode::{Disturbance, Episode, EpisodeError, EpisodeResult, StancePose, run_episode, watch_episode};
 pub use error::FeetError;
 pub use rows::{Experiment, FeetRow, experiments, measure_row};
