@@ -97,6 +97,23 @@ pub struct LinkEntry {
     /// Inertia that turns with the joint and with no link, kg m^2: a rotor's, times the square of its gear ratio. Without it, zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub armature: Option<f64>,
+    /// A passive spring at the joint, such as ligaments are; without it, none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<SpringEntry>,
+}
+
+/// A spring and a damper that act at a joint whatever it is told to do. No torque limit holds for them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpringEntry {
+    /// N m/rad.
+    pub stiffness: f64,
+    /// N m s/rad.
+    #[serde(default)]
+    pub damping: f64,
+    /// Rotation vector of the joint at which the spring is slack, degrees; of a hinge the part about its axis counts.
+    #[serde(default)]
+    pub rest: DVec3,
 }
 
 /// How a link moves against its parent.

@@ -24,7 +24,7 @@ pub(crate) mod turn;
 
 pub use character::{
     BladeEntry, Character, FootEntry, FootKindEntry, GainsEntry, GripEntry, JointEntry, LeanLawEntry, LimitsEntry,
-    LinkEntry, PointEntry, PointRole, ShapeEntry, Side, SoleEntry,
+    LinkEntry, PointEntry, PointRole, ShapeEntry, Side, SoleEntry, SpringEntry,
 };
 pub use course::{Course, CourseError, CourseInstance};
 pub use error::{AssetError, CharacterError};

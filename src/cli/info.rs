@@ -29,6 +29,8 @@ pub struct LinkRow {
     pub max_torque: Option<f64>,
     /// Inertia on the joint's own velocity, kg m^2.
     pub armature: f64,
+    /// Passive spring at the joint: N m/rad, N m s/rad.
+    pub spring: Option<[f64; 2]>,
     /// Contact points on the link.
     pub contact_points: usize,
 }
@@ -132,6 +134,7 @@ pub fn character_table(model: &CharacterModel) -> CharacterTable {
         kd: link.gains.kd,
         max_torque: link.max_torque.is_finite().then_some(link.max_torque),
         armature: link.armature,
+        spring: link.spring.map(|s| [s.stiffness, s.damping]),
         contact_points: model.contact_points.iter().filter(|c| c.link == i).count(),
     });
     let points = model.contact_points.iter().map(|point| PointRow {

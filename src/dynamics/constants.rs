@@ -1,6 +1,7 @@
 //! The model's numbers, spread over lanes once.
 
-use crate::math::{Mat3, Real, Sym3, Vec3};
+use crate::asset::turn::rotation_by;
+use crate::math::{Mat3, Quat, Real, Sym3, Vec3};
 use crate::model::{CharacterModel, JointKind};
 
 /// What the dynamics reads of a link.
@@ -29,8 +30,21 @@ pub struct LinkConstants<R> {
     pub max_torque: R,
     /// Inertia on the joint's own velocity, kg m^2.
     pub armature: R,
+    /// Passive spring of the joint.
+    pub spring: Option<PassiveSpring<R>>,
     /// Bounds of the rotation vector, rad.
     pub limits: Option<(Vec3<R>, Vec3<R>)>,
+}
+
+/// A passive spring and damper at a joint.
+#[derive(Clone, Debug)]
+pub struct PassiveSpring<R> {
+    /// N m/rad.
+    pub stiffness: R,
+    /// N m s/rad.
+    pub damping: R,
+    /// Rotation at which it is slack, child axes to parent axes.
+    pub rest: Quat<R>,
 }
 
 /// A rotational inertia in link axes; most links are symmetric enough for the cheaper form.
@@ -91,6 +105,11 @@ impl<R: Real> LinkConstants<R> {
                     // Infinity would turn into NaN in a product with zero.
                     max_torque: R::splat(link.max_torque.min(1e9)),
                     armature: R::splat(link.armature),
+                    spring: link.spring.map(|s| PassiveSpring {
+                        stiffness: R::splat(s.stiffness),
+                        damping: R::splat(s.damping),
+                        rest: Quat::splat(rotation_by(s.rest)),
+                    }),
                     limits: link.limits.map(|l| (Vec3::splat(l.low), Vec3::splat(l.high))),
                 }
             })

@@ -21,7 +21,7 @@ mod state;
 
 pub use articulated::{ArticulatedLink, articulated_inertias};
 pub use centroidal::CentroidalMap;
-pub use constants::LinkConstants;
+pub use constants::{LinkConstants, PassiveSpring};
 pub use forward::{contact_free_accelerations, forward_accelerations, integrate};
 pub use generalized::{degrees_of_freedom, generalized_velocity};
 pub use grip::{GripAnchor, GripState};
@@ -30,5 +30,5 @@ pub use jacobian::{point_jacobian, point_jacobian_rate, point_velocity};
 pub use kinematics::{LinkKinematics, update_positions, update_twists, update_velocities};
 pub use mass_matrix::mass_matrix;
 pub use momentum::{Momentum, Totals, correct_root, energy, momentum, totals};
-pub use servo::{JointCommand, LimitSpring, ServoOutput, servo};
+pub use servo::{JointCommand, LimitSpring, ServoOutput, passive_torque, servo};
 pub use state::{JointState, State};

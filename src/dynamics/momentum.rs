@@ -52,7 +52,7 @@ pub fn momentum<R: Real>(
     Momentum { linear, angular }
 }
 
-/// Kinetic and potential energy, J, that of armatures included; the potential is zero at y = 0 for a gravity along -y.
+/// Kinetic and potential energy, J, that of armatures included and that of springs left out; the potential is zero at y = 0 for a gravity along -y.
 pub fn energy<R: Real>(
     constants: &[LinkConstants<R>],
     kinematics: &[LinkKinematics<R>],

@@ -13,6 +13,8 @@
 //! Beyond the range of the joint a spring and a damper act in the same way, each component of the rotation vector for
 //! itself, with implicit gains on those components only.
 //!
+//! A passive spring acts on top of all that, by the same equation with a target at rest; no limit holds for it.
+//!
 //! The joint's torque limit holds for the sum of servo, extra torque and spring; the servo yields to the spring. Only a spring that is
 //! stronger than the limit by itself keeps its strength: a joint thrown against its end stop is held by bone and ligament, and one
 //! that could be turned through its range would come out on the other side. The limit is applied to what is known before the
@@ -20,7 +22,7 @@
 //! strong one. In a jolt the implicit damping may still go beyond the limit for a step: what it makes of it is known only when the step
 //! is solved.
 
-use crate::dynamics::{LinkConstants, State};
+use crate::dynamics::{JointState, LinkConstants, State};
 use crate::math::{Quat, Real, Vec3};
 
 /// What a joint is told to do.
@@ -78,9 +80,36 @@ impl<R: Real> ServoOutput<R> {
     }
 }
 
-/// The servo of link `i` for a step of `h` seconds.
+/// The torque of a joint's passive spring as it is now (child axes, N m): `k error - d w`; zero without one.
+pub fn passive_torque<R: Real>(constants: &LinkConstants<R>, joint: &JointState<R>) -> Vec3<R> {
+    let Some(spring) = &constants.spring else { return Vec3::zero() };
+    let error = (joint.rotation.conjugate() * spring.rest).to_rotation_vector();
+    let torque = error * spring.stiffness - joint.velocity * spring.damping;
+    constants.hinge.map_or(torque, |axis| axis * axis.dot(torque))
+}
+
+/// The servo of link `i` for a step of `h` seconds, and its passive spring.
 #[inline(always)]
 pub fn servo<R: Real>(
+    constants: &LinkConstants<R>,
+    state: &State<R>,
+    i: usize,
+    command: &JointCommand<R>,
+    limit_spring: Option<LimitSpring>,
+    h: R,
+) -> ServoOutput<R> {
+    let mut output = driven(constants, state, i, command, limit_spring, h);
+    if let Some(spring) = &constants.spring {
+        let joint = &state.joints[i];
+        output.torque += passive_torque(constants, joint) - joint.velocity * (h * spring.stiffness);
+        output.implicit += h * h.mul_add(spring.stiffness, spring.damping);
+    }
+    output
+}
+
+/// What a joint does that is told to: servo, extra torque and limit spring.
+#[inline(always)]
+fn driven<R: Real>(
     constants: &LinkConstants<R>,
     state: &State<R>,
     i: usize,

@@ -5,12 +5,12 @@ use super::mass::MassProperties;
 use super::overlap::overlap;
 use super::soles::put_on_soles;
 use super::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
-    Link, Shape,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, JointSpring,
+    LeanLaw, Link, Shape,
 };
 use crate::asset::{
     Character, CharacterError, FootEntry, FootKindEntry, JointEntry, LeanLawEntry, LimitsEntry, LinkEntry, PointRole,
-    ShapeEntry,
+    ShapeEntry, SpringEntry,
 };
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;
@@ -211,6 +211,7 @@ fn build_links(character: &Character, tree: &Tree) -> Vec<Link> {
             max_torque: if driven { entry.max_torque.unwrap_or(f64::INFINITY) } else { 0.0 },
             limits: entry.limits.map(limits),
             armature: if driven { entry.armature.unwrap_or(0.0) } else { 0.0 },
+            spring: entry.spring.map(|s| spring(s, joint)),
             shapes,
         });
     }
@@ -233,6 +234,16 @@ fn mass_properties(entry: &LinkEntry, solids: &[Shape]) -> MassProperties {
 fn limits(entry: LimitsEntry) -> JointLimits {
     let [x, y, z] = [entry.x, entry.y, entry.z].map(|(low, high)| (low.to_radians(), high.to_radians()));
     JointLimits { low: DVec3::new(x.0, y.0, z.0), high: DVec3::new(x.1, y.1, z.1) }
+}
+
+/// Degrees to radians, and of a hinge what lies along its axis.
+fn spring(entry: SpringEntry, joint: JointKind) -> JointSpring {
+    let rest = DVec3::from_array(entry.rest.to_array().map(f64::to_radians));
+    let rest = match joint {
+        JointKind::Hinge { axis } => axis * axis.dot(rest),
+        JointKind::Ball | JointKind::Free => rest,
+    };
+    JointSpring { stiffness: entry.stiffness, damping: entry.damping, rest }
 }
 
 fn lean_law(entry: LeanLawEntry) -> LeanLaw {

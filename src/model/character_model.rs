@@ -38,6 +38,17 @@ pub struct Gains {
     pub kd: f64,
 }
 
+/// A passive spring and damper at a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointSpring {
+    /// N m/rad.
+    pub stiffness: f64,
+    /// N m s/rad.
+    pub damping: f64,
+    /// Rotation vector of the joint at which it is slack, rad; along the axis of a hinge.
+    pub rest: DVec3,
+}
+
 /// The range of a joint: bounds on each component of its rotation vector (exponential map of the joint rotation, parent
 /// axes at rest), rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +118,8 @@ pub struct Link {
     /// Inertia on the joint's own velocity, about every axis it turns about, kg m^2: it adds to the diagonal of the joint-space mass
     /// matrix and to no link's inertia, as a geared rotor's does (Featherstone 2008, "Rigid Body Dynamics Algorithms", Section 9.6).
     pub armature: f64,
+    /// A passive spring; `None` for most joints.
+    pub spring: Option<JointSpring>,
     /// Solids.
     pub shapes: Vec<Shape>,
 }

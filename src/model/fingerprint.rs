@@ -4,8 +4,8 @@
 //! h <- (h xor byte) * 0x100000001b3. It is the same on every machine and tells contents apart; it is no seal against a forger.
 
 use super::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
-    Link, PointRole, Shape, Side,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, JointSpring,
+    LeanLaw, Link, PointRole, Shape, Side,
 };
 use glam::{DMat3, DQuat, DVec3};
 
@@ -14,6 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 const MANTISSA: i32 = 40;
 /// What a body had none of before there was such a thing counts only where it is there, after a number of its own: older fingerprints stay.
 const ARMATURE: u64 = 0x6172_6d61;
+const SPRING: u64 = 0x7370_7267;
 
 impl CharacterModel {
     /// A number that is equal for two bodies when all of their numbers are: links and their names, joints, masses, inertias, servo
@@ -105,8 +106,21 @@ impl Hash {
     }
 
     fn link(&mut self, link: &Link) {
-        let Link { name, parent, joint, offset, mass, com, inertia, gains, max_torque, limits, armature, shapes } =
-            link;
+        let Link {
+            name,
+            parent,
+            joint,
+            offset,
+            mass,
+            com,
+            inertia,
+            gains,
+            max_torque,
+            limits,
+            armature,
+            spring,
+            shapes,
+        } = link;
         self.text(name);
         self.option(parent, |hash, parent| hash.count(*parent));
         match joint {
@@ -132,6 +146,12 @@ impl Hash {
         if *armature != 0.0 {
             self.kind(ARMATURE);
             self.number(*armature);
+        }
+        if let Some(JointSpring { stiffness, damping, rest }) = spring {
+            self.kind(SPRING);
+            self.number(*stiffness);
+            self.number(*damping);
+            self.vector(*rest);
         }
         self.list(shapes, Self::shape);
     }

@@ -8,6 +8,7 @@
 //! | contact point | `site` at its centre, and a sphere `geom` that only collides with the floor |
 //! | shape | `geom` that collides with nothing, for the viewer |
 //! | armature | the joint's `armature` |
+//! | spring | the joint's `stiffness`, `damping` and, for a hinge, `springref`; a ball joint's is slack in the zero pose there |
 //! | servo gains | `custom` numbers `athlete_kp`, `athlete_kd`: one a link; MuJoCo itself ignores them |
 //!
 //! MuJoCo orders velocities otherwise than this crate: a free joint's are linear (world axes) and then angular (body
@@ -16,7 +17,7 @@
 //! A blade's knife edge has no counterpart: blade ends become small spheres with ordinary friction. Joint limits are not
 //! exported (a ball joint's limit there is a cone).
 
-use crate::model::{CharacterModel, ContactKind, JointKind, Shape};
+use crate::model::{CharacterModel, ContactKind, JointKind, JointSpring, Shape};
 use glam::{DMat3, DQuat, DVec3};
 use std::fmt::{Display, Write};
 
@@ -90,16 +91,20 @@ fn body_elements(model: &CharacterModel, index: usize) -> Vec<String> {
     let link = &model.links[index];
     let name = escape(&link.name);
     let armature = number(link.armature);
+    let spring = link.spring.unwrap_or(JointSpring { stiffness: 0.0, damping: 0.0, rest: DVec3::ZERO });
+    let (stiffness, damping) = (number(spring.stiffness), number(spring.damping));
     let mut out = vec![match link.joint {
         JointKind::Free => format!("<freejoint name=\"{name}\"/>"),
         JointKind::Ball => {
             format!(
-                "<joint name=\"{name}\" type=\"ball\" pos=\"0 0 0\" damping=\"0\" armature=\"{armature}\" stiffness=\"0\"/>"
+                "<joint name=\"{name}\" type=\"ball\" pos=\"0 0 0\" damping=\"{damping}\" armature=\"{armature}\" stiffness=\"{stiffness}\"/>"
             )
         }
         JointKind::Hinge { axis } => format!(
-            "<joint name=\"{name}\" type=\"hinge\" pos=\"0 0 0\" axis=\"{}\" damping=\"0\" armature=\"{armature}\" stiffness=\"0\"/>",
-            vector(axis)
+            "<joint name=\"{name}\" type=\"hinge\" pos=\"0 0 0\" axis=\"{}\" damping=\"{damping}\" armature=\"{armature}\" \
+             stiffness=\"{stiffness}\" springref=\"{}\"/>",
+            vector(axis),
+            number(axis.dot(spring.rest))
         ),
     }];
     out.push(format!(

@@ -30,8 +30,8 @@ pub use crate::asset::{PointRole, Side};
 pub use body_landmarks::{BodyLandmark, BodyLandmarkError, BodyLandmarks};
 pub use bone_binding::{BoundBone, RestBone, bind_bones, rest_links};
 pub use character_model::{
-    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, LeanLaw,
-    Link, Shape, SharedModel,
+    Blade, CharacterModel, ContactKind, ContactPoint, Foot, FootKind, Gains, Grip, JointKind, JointLimits, JointSpring,
+    LeanLaw, Link, Shape, SharedModel,
 };
 pub use find_map::{FindMapError, FoundMap, MapRow, MapWarning, RestPose, find_map, some_names};
 pub use import_check::{MotionRefusal, MotionWarning, check_motion, check_size};

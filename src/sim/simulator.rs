@@ -198,7 +198,7 @@ impl<R: Real> Simulator<R> {
         &self.constants
     }
 
-    /// Torque of the last step on link `link` from its joint, child axes, N m: servo, extra torque and limit spring, the implicit
+    /// Torque of the last step on link `link` from its joint, child axes, N m: servo, extra torque, limit spring and passive spring, the implicit
     /// parts included; what an armature takes of it does not reach the link. What is known before the step is within the joint's `max_torque`; in a jolt the implicit damping may go beyond
     /// it for a step.
     pub fn joint_torque(&self, link: usize) -> Vec3<R> {

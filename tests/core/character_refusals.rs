@@ -59,6 +59,21 @@ fn each_refusal_names_file_place_and_value() {
         ("max_torque: 220.0", "max_torque: 220.0, armature: -0.1", &["`thigh_left`", "armature is -0.1", "kg m^2"]),
         ("joint: Weld,", "joint: Weld, armature: 0.1,", &["`blade_left`", "armature is 0.1", "nothing on a"]),
         (
+            "max_torque: 220.0",
+            "max_torque: 220.0, spring: (stiffness: -1.0)",
+            &["`thigh_left`", "spring stiffness is -1.0", "N m/rad"],
+        ),
+        (
+            "max_torque: 220.0",
+            "max_torque: 220.0, spring: (stiffness: 1.0, rest: (0.0, 200.0, 0.0))",
+            &["`thigh_left`", "spring rest is [0.0, 200.0", "180 degrees"],
+        ),
+        (
+            "joint: Weld,",
+            "joint: Weld, spring: (stiffness: 1.0),",
+            &["`blade_left`", "spring is (1.0, 0.0)", "nothing on a"],
+        ),
+        (
             "limits: (x: (-75.0, 135.0)",
             "limits: (x: (75.0, 35.0)",
             &["`thigh_left`", "limits.x is (75.0, 35.0)", "low <= high"],

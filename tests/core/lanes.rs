@@ -31,6 +31,7 @@ pub fn walker() -> CharacterModel {
             max_torque: 60.0,
             limits: Some(JointLimits { low: DVec3::splat(-0.9), high: DVec3::splat(0.9) }),
             armature: 0.0,
+            spring: None,
             shapes: Vec::new(),
         });
         links.len() - 1
@@ -357,6 +358,7 @@ fn a_falling_ball_slides_to_rest_at_coulombs_distance() {
             max_torque: f64::INFINITY,
             limits: None,
             armature: 0.0,
+            spring: None,
             shapes: Vec::new(),
         }],
         contact_points: vec![ContactPoint {

@@ -24,6 +24,7 @@ mod puppet;
 #[path = "../support/seen_momentum.rs"]
 mod seen_momentum;
 
+mod arch;
 mod architecture;
 mod armature;
 mod balance;

@@ -35,7 +35,7 @@ fn presets_differ() {
 #[test]
 fn every_number_counts() {
     type Change = (&'static str, fn(&mut CharacterModel));
-    let changes: [Change; 40] = [
+    let changes: [Change; 41] = [
         ("step rate", |m| m.step_rate += 1.0),
         ("link's name", |m| m.links[3].name.push('x')),
         ("links swapped by name", |m| {
@@ -57,6 +57,10 @@ fn every_number_counts() {
         ("damping", |m| m.links[1].gains.kd += 1e-8),
         ("torque limit", |m| m.links[1].max_torque = 77.0),
         ("armature", |m| m.links[1].armature = 1e-9),
+        ("spring", |m| {
+            m.links[1].spring =
+                Some(bevy_athlete::model::JointSpring { stiffness: 1.0, damping: 0.0, rest: glam::DVec3::ZERO });
+        }),
         ("no joint range", |m| m.links.iter_mut().for_each(|l| l.limits = None)),
         ("joint range", |m| {
             let link = m.links.iter_mut().find(|l| l.limits.is_some()).expect("a limit");

@@ -94,6 +94,7 @@ pub fn random_tree(seed: u64, links: usize) -> CharacterModel {
             max_torque: f64::INFINITY,
             limits: None,
             armature: 0.0,
+            spring: None,
             shapes: Vec::new(),
         });
     }
@@ -193,6 +194,7 @@ pub fn rigid(mass: f64, inertia: DVec3, com: DVec3) -> CharacterModel {
             max_torque: 0.0,
             limits: None,
             armature: 0.0,
+            spring: None,
             shapes: Vec::new(),
         }],
         contact_points: Vec::new(),

@@ -157,6 +157,7 @@ pub fn model(name: &str, links: &[(&str, Option<usize>, [f64; 3])]) -> Character
                 max_torque: f64::INFINITY,
                 limits: None,
                 armature: 0.0,
+                spring: None,
                 shapes: Vec::new(),
             }
         })

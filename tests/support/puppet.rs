@@ -89,6 +89,7 @@ pub fn puppet() -> CharacterModel {
             max_torque: f64::INFINITY,
             limits: None,
             armature: 0.0,
+            spring: None,
             shapes: vec![part.shape],
         });
     }

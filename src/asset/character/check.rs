@@ -228,6 +228,9 @@ fn check_link(entry: &Entry, link: &LinkEntry) -> Result<(), CharacterError> {
         if let Some(armature) = link.armature {
             return Err(entry.refuse("armature", armature, none));
         }
+        if let Some(spring) = link.spring {
+            return Err(entry.refuse("spring", (spring.stiffness, spring.damping), none));
+        }
     }
     if let Some(gains) = link.gains {
         entry.gains(gains.kp, gains.kd)?;
@@ -237,6 +240,14 @@ fn check_link(entry: &Entry, link: &LinkEntry) -> Result<(), CharacterError> {
     }
     if let Some(armature) = link.armature {
         entry.number("armature", armature, 0.0, 1e3, "kg m^2")?;
+    }
+    if let Some(spring) = link.spring {
+        entry.number("spring stiffness", spring.stiffness, 0.0, 1e6, "N m/rad")?;
+        entry.number("spring damping", spring.damping, 0.0, 1e5, "N m s/rad")?;
+        if !spring.rest.to_array().iter().all(|a| a.abs() <= 180.0) {
+            let valid = "three numbers from -180 to 180 degrees";
+            return Err(entry.refuse("spring rest", spring.rest.to_array(), valid));
+        }
     }
     if let Some(limits) = link.limits {
         for (field, (low, high)) in [("limits.x", limits.x), ("limits.y", limits.y), ("limits.z", limits.z)] {

@@ -92,6 +92,9 @@ fn text(table: &CharacterTable) -> Result<String, std::fmt::Error> {
     for link in table.links.iter().filter(|l| l.armature > 0.0) {
         writeln!(out, "armature of {}: {} kg m^2", link.name, link.armature)?;
     }
+    for (link, [stiffness, damping]) in table.links.iter().filter_map(|l| Some((l, l.spring?))) {
+        writeln!(out, "spring of {}: {stiffness} N m/rad, {damping} N m s/rad", link.name)?;
+    }
     writeln!(
         out,
         "\n{:<26} {:<26} {:<5} {:<4} {:>26} {:>8} {:>8}",

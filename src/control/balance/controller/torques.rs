@@ -1,7 +1,7 @@
 //! Torques at every step.
 
 use super::Balance;
-use crate::dynamics::{State, inverse_dynamics_into};
+use crate::dynamics::{State, inverse_dynamics_into, passive_torque};
 use crate::math::{Force, Motion, Quat, Vec3};
 use crate::sim::Simulator;
 
@@ -52,7 +52,8 @@ impl Balance {
             let foot = self.of_foot[i];
             let part = if foot { self.settings.foot_damping } else { self.settings.damping };
             command.kd = part * self.model.links[i].gains.kd;
-            command.torque = self.inverse.torques()[i];
+            // What a passive spring does need not be done.
+            command.torque = self.inverse.torques()[i] - passive_torque(&self.constants[i], joint);
         }
     }
 }
