@@ -42,7 +42,7 @@ pub struct CourseCommand {
     #[arg(long, default_value = "run")]
     run: String,
     /// Skills that clear obstacles, by name or file
-    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle,gap")]
+    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle,gap,step_vault,drop_roll")]
     skills: Vec<String>,
     /// Running speed, m/s
     #[arg(long, default_value_t = 3.2)]
@@ -87,7 +87,7 @@ fn plans(run: &CourseRun) -> serde_json::Value {
 
 /// Where the obstacles come from.
 enum Source {
-    File(Course),
+    File(Box<Course>),
     Random { clears: Vec<Clearance>, obstacles: usize },
     Distances { clears: Box<Clearance>, from: f64, step: f64, height: Option<f64> },
 }
@@ -123,7 +123,7 @@ impl CourseCommand {
         }
         let (Some(name), Some(text)) = (&self.skill, &self.distances) else {
             let file = self.course.as_deref().unwrap_or(Path::new(""));
-            return Ok((Source::File(Course::read(file)?), self.runs));
+            return Ok((Source::File(Box::new(Course::read(file)?)), self.runs));
         };
         let (from, step, count) = distances(text)?;
         let height = match self.height.as_str() {
@@ -143,7 +143,7 @@ impl CourseCommand {
     fn task(&self, source: &Source, number: u64) -> Result<CourseTask, CourseError> {
         let mut random = RandomStream::new(self.seed, STREAM + (number << 32));
         let (course, finish) = match source {
-            Source::File(course) => (course.clone(), 30.0),
+            Source::File(course) => (Course::clone(course), 30.0),
             Source::Random { clears, obstacles } => {
                 let found = random_course(clears, *obstacles, &mut random)?;
                 (found.course, found.finish)
