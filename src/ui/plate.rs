@@ -158,8 +158,7 @@ fn points(
         painter.circle_stroke(at, radius, stroke);
         if pointer.is_some_and(|p| p.distance(at) <= radius) {
             let segment = foot.ankle.as_ref().zip(point.segment).and_then(|(ankle, k)| ankle.segments.get(k));
-            let of = segment.map_or(String::new(), |segment| format!(" of {segment}"));
-            let text = format!("{}{of}: {:.1} N", point.name, point.force);
+            let text = format!("{}: {:.1} N", segment.unwrap_or(&point.name), point.force);
             let corner = painter.clip_rect().left_top() + vec2(6.0, 4.0);
             painter.text(corner, Align2::LEFT_TOP, text, FontId::proportional(12.0), Color32::WHITE);
         }
