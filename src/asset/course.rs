@@ -77,16 +77,8 @@ pub struct GroundEntry {
     /// Coulomb coefficient.
     pub friction: Quantity,
     /// By how much it rises along the way, degrees; it falls where this is negative. It is at height 0 where the course starts.
-    #[serde(default = "level", skip_serializing_if = "is_level")]
+    #[serde(default = "entries::zero", skip_serializing_if = "entries::is_zero")]
     pub slope: Quantity,
-}
-
-fn level() -> Quantity {
-    Quantity::ZERO
-}
-
-fn is_level(slope: &Quantity) -> bool {
-    *slope == Quantity::ZERO
 }
 
 fn ground() -> String {

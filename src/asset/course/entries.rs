@@ -140,11 +140,11 @@ pub enum MotionEntry {
     },
 }
 
-fn zero() -> Quantity {
+pub(super) fn zero() -> Quantity {
     Quantity::ZERO
 }
 
-fn is_zero(quantity: &Quantity) -> bool {
+pub(super) fn is_zero(quantity: &Quantity) -> bool {
     *quantity == Quantity::ZERO
 }
 
