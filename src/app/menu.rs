@@ -2,10 +2,12 @@
 
 use crate::app::act::Act;
 use crate::app::camera::{CameraMode, OrbitCamera};
+use crate::app::course_menu::site;
 use crate::app::keys::KEYS;
 use crate::app::lab_menu::lab;
 use crate::app::panel::ShowPanel;
 use crate::app::scenes::DemoScene;
+use crate::app::scenes::course::{Race, Runner, Site};
 use crate::app::scenes::crowd::CrowdCount;
 use crate::app::scenes::field::{ROUGHEST, Roughness};
 use crate::app::scenes::foot_lab::FootLab;
@@ -26,6 +28,9 @@ pub(super) struct MenuData<'w, 's> {
     lab: ResMut<'w, FootLab>,
     crowd: Res<'w, CrowdCount>,
     roughness: ResMut<'w, Roughness>,
+    site: ResMut<'w, Site>,
+    race: ResMut<'w, Race>,
+    runners: Query<'w, 's, &'static Transform, With<Runner>>,
     cameras: Query<'w, 's, &'static mut OrbitCamera>,
     skaters: Query<'w, 's, (Entity, &'static mut AthleteInput), With<RinkSkater>>,
     commands: Commands<'w, 's>,
@@ -62,8 +67,8 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
                 }
                 DemoScene::FootLab => lab(ui, &mut data.lab),
                 DemoScene::Course => {
-                    ui.label("The runner goes round three obstacles.");
-                    ui.weak("Arrow keys, the left stick or a thumb take it over.");
+                    let runner = data.runners.iter().next().map_or(Vec3::splat(1e6), |place| place.translation);
+                    site(ui, &mut data.site, &mut data.race, runner);
                 }
                 DemoScene::Crowd => crowd(ui, &data.crowd),
                 DemoScene::Field => field(ui, &mut data.roughness),

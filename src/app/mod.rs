@@ -7,7 +7,7 @@
 //! | `scenes/` | rink, foot lab, course, crowd, field: one state of the app each |
 //! | `stage` | what the scenes need of the command line |
 //! | `scene`, `headless` | a control on its character; the same without Bevy: summary table and storyboard |
-//! | `menu`, `lab_menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
+//! | `menu`, `lab_menu`, `course_menu`, `panel`, `buttons`, `labels` | what is drawn over the picture: functions of `&mut egui::Ui` |
 //! | `panels` | the panels of feature `ui`, opened as the command line asks |
 //! | `act` | what the skater on the rink does |
 //! | `keys`, `touch`, `stick`, `thumb`, `pull` | keys, fingers as a mouse, a stick for thumbs, pulling at a limb |
@@ -23,6 +23,7 @@
 mod act;
 mod buttons;
 mod camera;
+mod course_menu;
 #[cfg(not(feature = "fonts"))]
 mod fonts;
 #[cfg(not(target_arch = "wasm32"))]

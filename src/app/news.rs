@@ -23,6 +23,10 @@ pub(super) struct News(pub VecDeque<(String, f32)>);
 #[derive(Component)]
 struct Lies(f32);
 
+/// Who falls stays where it is.
+#[derive(Component)]
+pub(super) struct StaysDown;
+
 pub(super) struct NewsPlugin;
 
 impl Plugin for NewsPlugin {
@@ -44,7 +48,7 @@ impl Plugin for NewsPlugin {
 }
 
 impl News {
-    fn tell(&mut self, line: String) {
+    pub(super) fn tell(&mut self, line: String) {
         self.0.push_back((line, SHOWN));
         if self.0.len() > 4 {
             self.0.pop_front();
@@ -92,7 +96,7 @@ fn fell(
     fall: On<AthleteFell>,
     mut commands: Commands,
     athletes: Query<(), With<Athlete>>,
-    bodies: Query<(&AthleteBody, &AthleteSettings), Without<Lies>>,
+    bodies: Query<(&AthleteBody, &AthleteSettings), (Without<Lies>, Without<StaysDown>)>,
     mut news: ResMut<News>,
 ) {
     let Ok((body, settings)) = bodies.get(fall.entity) else { return };

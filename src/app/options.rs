@@ -68,6 +68,9 @@ pub struct DemoOptions {
     /// Skaters in the scene `crowd`; 0 lets their number grow to what the machine holds.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub crowd: u32,
+    /// Eight runners race in the scene `course`.
+    #[arg(long)]
+    pub race: bool,
 }
 
 /// Why the query of an address holds no options.

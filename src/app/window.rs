@@ -13,7 +13,7 @@ use crate::app::pull::{PullPlugin, holds_nothing, take_hold};
 use crate::app::recorder::{RATE, Recording, film};
 use crate::app::reflection::{make_images, place_images};
 use crate::app::scenery::HAZE;
-use crate::app::scenes::course::CoursePlugin;
+use crate::app::scenes::course::{CoursePlugin, build_keys, holds_no_piece, take_piece};
 use crate::app::scenes::crowd::CrowdPlugin;
 use crate::app::scenes::field::FieldPlugin;
 use crate::app::scenes::foot_lab::FootLabPlugin;
@@ -78,9 +78,9 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
             .add_systems(
                 Update,
                 (
-                    (keys, scene_keys).run_if(not(egui_wants_any_keyboard_input)),
+                    (keys, scene_keys, build_keys).run_if(not(egui_wants_any_keyboard_input)),
                     drive.run_if(not(egui_wants_any_keyboard_input)).before(follow),
-                    (take_hold, orbit.run_if(holds_nothing).before(follow))
+                    (take_hold, take_piece, orbit.run_if(holds_nothing.and_then(holds_no_piece)).before(follow))
                         .chain()
                         .run_if(not(egui_wants_any_pointer_input)),
                 ),

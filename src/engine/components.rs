@@ -6,8 +6,9 @@ use bevy::prelude::*;
 
 /// Spawns an athlete: the character it is.
 ///
-/// Everything else comes by required components; replace those you want different.
-#[derive(Component, Clone, Debug, Reflect)]
+/// Everything else comes by required components; replace those you want different. In a scene of Bevy's `bsn!` the character is named by its
+/// path: `bsn! { Athlete("embedded://bevy_athlete/skater.character.ron") }`.
+#[derive(Component, Clone, Debug, Reflect, FromTemplate)]
 #[reflect(Component)]
 #[require(Transform, AthleteController, AthleteInput, AthleteForces, AthleteSettings, LinkPoses)]
 #[cfg_attr(feature = "render", require(Visibility, crate::engine::AthleteLook))]

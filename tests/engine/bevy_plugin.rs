@@ -414,3 +414,21 @@ fn a_skill_without_its_policy_is_refused_by_name() {
     let reasons: Vec<String> = refusals.drain().map(|r| r.reason.to_string()).collect();
     assert!(reasons.len() == 1 && reasons[0].contains("none.skill.ron"), "{reasons:?}");
 }
+
+/// What `bsn! { Athlete("embedded://bevy_athlete/runner.character.ron") }` does.
+#[test]
+fn a_scene_names_its_athlete_by_path() {
+    let mut app = app(TICK);
+    let template = AthleteTemplate("embedded://bevy_athlete/runner.character.ron".into());
+    let mut entity = app.world_mut().spawn_empty();
+    let athlete = entity.build_template(&template).unwrap();
+    let entity = entity.insert(athlete).id();
+    for _ in 0..200 {
+        app.update();
+        if app.world().get::<AthleteBody>(entity).is_some() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(body(&app, entity).model().name, "runner");
+}

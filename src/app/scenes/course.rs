@@ -1,16 +1,32 @@
-//! The course: the runner on a hall's floor with numbered obstacles. It sees them and leaps over them, on its round or where the player points.
+//! The course: the runner on a hall's floor with numbered obstacles. It sees them and clears them, on its round or where the player points; the player
+//! moves, raises, adds and removes them while it runs.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `site` | the pieces as data |
+//! | `build` | the pointer, the keys, what is seen |
+//! | `race` | eight runners side by side |
 
-use crate::app::labels::Label;
+mod build;
+mod race;
+mod site;
+
 use crate::app::props::Props;
 use crate::app::scenes::{DemoScene, scene_root};
 use crate::app::stage::Stage;
 use crate::app::thumb::{ThumbStick, over_ground, player_stick};
-use crate::contact::{Geometry, Solid, Surface, World};
+use crate::contact::World;
 use crate::engine::{
-    Athlete, AthleteController, AthleteHistory, AthleteInput, AthleteSettings, AthleteWorld, CharacterAsset,
+    Athlete, AthleteController, AthleteHistory, AthleteInput, AthleteSettings, AthleteSystems, AthleteWorld,
+    CharacterAsset,
 };
 use crate::model::runner;
 use bevy::prelude::*;
+use build::CourseRoot;
+
+pub(crate) use build::{build_keys, holds_no_piece, take_piece};
+pub(crate) use race::Race;
+pub(crate) use site::{DEPTHS, HEIGHTS, Piece, PieceKind, Site, WIDTHS};
 
 /// Where the obstacles stand, m along -Z, and their heights, m.
 const OBSTACLES: [(f32, f32); 3] = [(10.4, 0.30), (20.56, 0.35), (30.84, 0.60)];
@@ -35,9 +51,16 @@ const REACHED: f32 = 1.5;
 /// Fastest run that a player can ask for, m/s.
 const FASTEST: f32 = 4.2;
 
+/// A piece that is seen.
+#[derive(Component)]
+struct PieceOf {
+    index: usize,
+    kind: PieceKind,
+}
+
 /// The runner, and where it is on its round.
 #[derive(Component, Default)]
-struct Runner {
+pub(crate) struct Runner {
     next: usize,
     /// Somebody steers it.
     steered: bool,
@@ -47,52 +70,104 @@ pub(crate) struct CoursePlugin;
 
 impl Plugin for CoursePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(OnEnter(DemoScene::Course), enter)
-            .add_systems(FixedUpdate, go.run_if(in_state(DemoScene::Course)));
+        app.init_resource::<Site>()
+            .init_resource::<Race>()
+            .add_observer(race::fell)
+            .add_systems(OnEnter(DemoScene::Course), enter)
+            .add_systems(OnExit(DemoScene::Course), |mut site: ResMut<Site>| site.lay(Vec::new()))
+            .add_systems(
+                FixedUpdate,
+                (change_runners, go, race::run, build::bring_back).chain().run_if(in_state(DemoScene::Course)),
+            )
+            .add_systems(Update, build::drag_piece.run_if(in_state(DemoScene::Course)))
+            .add_systems(
+                Update,
+                build::draw_handles.run_if(in_state(DemoScene::Course).and_then(resource_exists::<GizmoConfigStore>)),
+            )
+            .add_systems(
+                FixedPostUpdate,
+                build::lay.in_set(AthleteSystems::ReadWorld).run_if(in_state(DemoScene::Course)),
+            );
     }
+}
+
+/// What stands there at first.
+pub(crate) fn first_pieces() -> Vec<Piece> {
+    let piece = |(ahead, height)| Piece { height, depth: SIZE.x, width: SIZE.y, ..Piece::new(PieceKind::Box, ahead) };
+    OBSTACLES.map(piece).to_vec()
 }
 
 fn enter(
     mut commands: Commands,
     stage: Res<Stage>,
     mut props: Props,
+    (mut site, mut race): (ResMut<Site>, ResMut<Race>),
     assets: Res<AssetServer>,
     mut characters: ResMut<Assets<CharacterAsset>>,
 ) {
     let root = scene_root(&mut commands, DemoScene::Course);
+    commands.entity(root).insert(CourseRoot);
     props.hall(&mut commands, root, stage.options.low);
-    let mut world = World::ground();
-    for (k, (z, height)) in OBSTACLES.into_iter().enumerate() {
-        let size = Vec3::new(SIZE.y, height, SIZE.x);
-        let middle = Vec3::new(0.0, 0.5 * height, -z);
-        let block = props.block(size, Color::hsl(18.0 + 150.0 * k as f32, 0.55, 0.55));
-        commands.spawn((ChildOf(root), block, Transform::from_translation(middle)));
-        let end = Transform::from_xyz(0.5 * SIZE.y - 0.15, height, -z);
-        commands.spawn((ChildOf(root), end, Label { text: (k + 1).to_string(), above: 0.3 }));
-        world.solids.push(Solid::fixed(
-            Geometry::Box {
-                center: middle.as_dvec3(),
-                half_extents: size.as_dvec3() * 0.5,
-                rotation: bevy::math::DQuat::IDENTITY,
-            },
-            Surface::GROUND,
-        ));
-    }
+    site.lay(first_pieces());
     let lane = props.block(Vec3::new(SIZE.y + 4.0, 0.01, WAY + 4.0), Color::srgb(0.72, 0.36, 0.28));
     commands.spawn((ChildOf(root), lane, Transform::from_xyz(0.0, -0.004, -0.5 * WAY)));
-    commands.insert_resource(AthleteWorld(world));
-    commands.spawn((
-        Runner::default(),
-        DespawnOnExit(DemoScene::Course),
-        Athlete(characters.add(CharacterAsset { model: runner() })),
-        AthleteController::course(
-            assets.load("skills/running/run/run.skill.ron"),
-            CLEARS.map(|name| assets.load(format!("skills/running/{name}/{name}.skill.ron"))),
-        ),
-        AthleteInput::default().at(0.0),
-        AthleteSettings { restart_after: Some(1.5), ..default() },
-        AthleteHistory::default(),
-    ));
+    commands.insert_resource(AthleteWorld(site.world().unwrap_or_else(|_| World::ground())));
+    race.stop();
+    race.on = stage.options.race;
+    if race.on {
+        site.widen(race::WIDTH);
+    }
+    let runner = characters.add(CharacterAsset { model: runner() });
+    spawn_runners(&mut commands, &assets, runner, race.on);
+}
+
+/// One that goes its round, or the racers.
+fn spawn_runners(commands: &mut Commands, assets: &AssetServer, character: Handle<CharacterAsset>, race: bool) {
+    let settings = AthleteSettings { restart_after: (!race).then_some(1.5), ..default() };
+    for lane in 0..if race { race::LANES } else { 1 } {
+        let mut athlete = commands.spawn((
+            Runner::default(),
+            DespawnOnExit(DemoScene::Course),
+            Athlete(character.clone()),
+            AthleteController::course(
+                assets.load("skills/running/run/run.skill.ron"),
+                CLEARS.map(|name| assets.load(format!("skills/running/{name}/{name}.skill.ron"))),
+            ),
+            AthleteInput::default().at(0.0),
+            settings.clone(),
+            AthleteHistory::default(),
+        ));
+        if race {
+            athlete.insert(race::racer(lane));
+        }
+    }
+}
+
+/// Racers in place of the one runner, or the other way round, where the menu says so.
+fn change_runners(
+    mut commands: Commands,
+    mut race: ResMut<Race>,
+    mut site: ResMut<Site>,
+    mut last: Local<Option<bool>>,
+    assets: Res<AssetServer>,
+    mut characters: ResMut<Assets<CharacterAsset>>,
+    runners: Query<Entity, With<Runner>>,
+    racers: Query<(), With<race::Racer>>,
+) {
+    let wanted = race.on;
+    if last.replace(wanted) == Some(wanted) || wanted != racers.is_empty() {
+        return;
+    }
+    for runner in &runners {
+        commands.entity(runner).despawn();
+    }
+    race.begin();
+    site.lay(first_pieces());
+    if wanted {
+        site.widen(race::WIDTH);
+    }
+    let runner = characters.add(CharacterAsset { model: runner() });
+    spawn_runners(&mut commands, &assets, runner, wanted);
 }
 
 /// Arrow keys, the left stick or the one for thumbs; until the first touch it runs its round.
@@ -101,7 +176,7 @@ fn go(
     gamepads: Query<&Gamepad>,
     thumb: Res<ThumbStick>,
     cameras: Query<&GlobalTransform, With<Camera3d>>,
-    mut runners: Query<(&Transform, &mut Runner, &mut AthleteInput)>,
+    mut runners: Query<(&Transform, &mut Runner, &mut AthleteInput), Without<race::Racer>>,
 ) {
     let stick = player_stick(&keys, &gamepads, &thumb).clamp_length_max(1.0);
     let wished = over_ground(cameras.iter().next().unwrap_or(&GlobalTransform::IDENTITY), stick);

@@ -1,5 +1,6 @@
 //! `athlete evaluate`: how often a policy lasts, on fresh random trials.
 
+use crate::follow::follow_policies;
 use crate::interrupt;
 use crate::motion;
 use crate::output::{Outcome, announce_trace, complain, say, say_json};
@@ -106,7 +107,7 @@ impl Evaluate {
         }
         let file = policy_file(&self.policy)?;
         let (mut task, policy) =
-            read_trials(&file, self.character.as_deref(), |trial, model| self.change_rows(trial, model))?;
+            read_trials(&file, self.character.as_deref(), &[], |trial, model| self.change_rows(trial, model))?;
         if let Some(armature) = self.foot_armature {
             let armature = within("--foot-armature", armature, 0.0..=10.0, "kg m^2")?;
             task.model = Arc::new(with_foot_armature(&task.model, armature));
@@ -197,9 +198,11 @@ impl Evaluate {
 
 /// A policy file, and the task that its trials are made of once `change` has been made to them. On `character` instead of the skill's own
 /// where one is given: whether the policy fits it is asked as a game does, before anything is laid out for it.
+/// `after` stands for the skills before, where the policy lies in a folder that has no skill file.
 pub fn read_trials(
     file: &Path,
     character: Option<&str>,
+    after: &[PathBuf],
     change: impl FnOnce(&mut TrialOptions, &CharacterModel) -> Result<(), Box<dyn std::error::Error>>,
 ) -> Result<(SkillTask, Policy), Box<dyn std::error::Error>> {
     let policy = Policy::load(file)?;
@@ -207,10 +210,23 @@ pub fn read_trials(
     skill.validate()?;
     let model = load_character(&skill.character)?;
     skill.check_policy(&policy, &model)?;
-    // What may come before matters to training alone.
-    skill.after.clear();
     change(&mut skill.trial, &model)?;
-    let task = load_task_with(&skill, None, &mut motion::tell)?.at_play_rate()?;
+    if skill.after.is_empty() {
+        skill.after = after.to_vec();
+    }
+    if !skill.trial.rows.iter().any(|row| row.after) {
+        // What may come before matters to training alone.
+        skill.after.clear();
+    } else if skill.after.is_empty() {
+        let left_out: Vec<_> = skill.trial.rows.extract_if(.., |row| row.after).map(|row| row.name).collect();
+        complain(&format!("not tried, for the skills before are not known here: {}", left_out.join(", ")));
+    }
+    let mut task = load_task_with(&skill, None, &mut motion::tell)?.at_play_rate()?;
+    if skill.episode.after_policy {
+        for (name, _) in follow_policies(&mut task)?.iter().filter(|(_, ways)| *ways == 0) {
+            complain(&format!("{name} is never left for {}: trials begin in the pose of its motion", skill.name));
+        }
+    }
     Ok((task, policy))
 }
 

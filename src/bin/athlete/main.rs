@@ -7,6 +7,7 @@ mod evaluate;
 mod export;
 mod export_mjcf;
 mod feet;
+mod follow;
 mod foot_pose;
 mod gait;
 mod import_joints;

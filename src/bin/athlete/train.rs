@@ -1,6 +1,7 @@
 //! `athlete train`: from a skill or a motion to a policy.
 
 use crate::evaluate::{TRIALS_SEED, evaluate_command, read_trials, say_card};
+use crate::follow::follow_policies;
 use crate::interrupt;
 use crate::motion;
 use crate::output::{Outcome, bar, say};
@@ -13,8 +14,7 @@ use bevy_athlete::sim::BuildInfo;
 use bevy_athlete::skill::{Criterion, SkillDefinition};
 use bevy_athlete::storyboard::{Chart, Curve, charts_png};
 use bevy_athlete::train::ppo::{
-    Iteration, SkillTask, TrainError, TrainOptions, Trainer, curve_csv, follow_policy, robustness_card_until,
-    trained_policy,
+    Iteration, TrainError, TrainOptions, Trainer, curve_csv, robustness_card_until, trained_policy,
 };
 use bevy_athlete::train::{AffineOptions, load_layers, save_policy};
 use clap::Args;
@@ -146,19 +146,6 @@ fn pair(text: &str, option: &str) -> Result<(f64, f64), ArgumentError> {
     }
 }
 
-/// Lets trials begin as the policies of the skills that are followed leave their motions.
-fn follow_policies(task: &mut SkillTask) -> Result<(), Box<dyn std::error::Error>> {
-    for (k, file) in task.skill.after.clone().iter().enumerate() {
-        let mut other = SkillDefinition::load(file)?;
-        other.after.clear();
-        let other = load_task_with(&other, None, &mut motion::tell)?;
-        let (layers, contract) = load_layers(file.with_file_name(POLICY_FILE))?;
-        let found = follow_policy(task, k, &other, &layers, &contract)?;
-        say(&format!("{found} ways in which {} is left for {}", other.skill.name, task.skill.name))?;
-    }
-    Ok(())
-}
-
 impl Train {
     fn definition(&self) -> Result<SkillDefinition, Box<dyn std::error::Error>> {
         let mut skill = match (&self.skill, &self.clip, &self.character) {
@@ -278,7 +265,9 @@ impl Train {
         let skill = self.definition()?;
         let mut task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
         if skill.episode.after_policy {
-            follow_policies(&mut task)?;
+            for (name, found) in follow_policies(&mut task)? {
+                say(&format!("{found} ways in which {name} is left for {}", skill.name))?;
+            }
         }
         if let (Some(clip), 0..2) = (&self.clip, task.clip.poses.len()) {
             let found = task.clip.poses.len();
@@ -382,7 +371,7 @@ impl Train {
             100.0 * parts[2] / all
         ))?;
         let (survival, reward) = if self.card_trials > 0 {
-            match self.evaluate(&out)? {
+            match self.evaluate(&out, &skill.after)? {
                 Some(measured) => measured,
                 None => {
                     let out = out.display();
@@ -400,8 +389,8 @@ impl Train {
 
     /// Evaluates the policy that was written, as `athlete evaluate` does: its card, and survival and reward over all rows. `None`, and no
     /// card, where that was stopped.
-    fn evaluate(&self, out: &Path) -> Result<Option<(f64, f64)>, Box<dyn std::error::Error>> {
-        let (task, policy) = read_trials(&out.join("policy.onnx"), None, |_, _| Ok(()))?;
+    fn evaluate(&self, out: &Path, after: &[PathBuf]) -> Result<Option<(f64, f64)>, Box<dyn std::error::Error>> {
+        let (task, policy) = read_trials(&out.join(POLICY_FILE), None, after, |_, _| Ok(()))?;
         let threads = threads(self.threads)?;
         let command = evaluate_command(out, self.card_trials, TRIALS_SEED);
         let (trials, stop) = (self.card_trials, &interrupt::asked);

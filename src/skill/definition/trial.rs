@@ -80,6 +80,10 @@ pub struct TrialRow {
     /// What a trial of this row has to show; by default [`TrialOptions::success`].
     #[serde(default)]
     pub success: Option<Vec<Criterion>>,
+    /// Trials begin where the skills of [`SkillDefinition::after`](crate::skill::SkillDefinition::after) are left for this one, as their policies
+    /// leave it where [`EpisodeOptions::after_policy`](crate::skill::EpisodeOptions::after_policy) says so, instead of at the motion's own start.
+    #[serde(default)]
+    pub after: bool,
 }
 
 impl TrialRow {

@@ -57,6 +57,14 @@ pub enum TaskError {
         /// What is wrong with it.
         source: Box<CourseError>,
     },
+    /// Trials are to begin where a skill before is left, and no skill before is known.
+    #[error("skill {skill}: trial.rows: `{row}` begins after another skill; valid: where `after` names one")]
+    Before {
+        /// The skill.
+        skill: String,
+        /// The row.
+        row: String,
+    },
     /// A push names no link.
     #[error("skill {skill}: push.link `{link}`: valid is one of {valid}")]
     PushLink {
@@ -253,6 +261,9 @@ impl SkillTask {
     /// The task that the trials of a row are made of.
     pub fn trial(&self, row: &TrialRow) -> Result<Self, TaskError> {
         let trial = &self.skill.trial;
+        if row.after && self.before.is_empty() {
+            return Err(TaskError::Before { skill: self.skill.name.clone(), row: row.name.clone() });
+        }
         let mut task = self.clone();
         task.judged = true;
         let start = trial.start.or(self.motion.cycle().is_none().then_some((0.0, 0.0)));
@@ -268,7 +279,7 @@ impl SkillTask {
             push: row.push.clone(),
             steer: row.steer.clone().or_else(|| episode.steer.clone().filter(|_| row.speed.is_none())),
             start,
-            after_share: 0.0,
+            after_share: if row.after { 1.0 } else { 0.0 },
             after_policy: false,
             begin_share: 0.0,
         };

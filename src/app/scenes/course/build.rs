@@ -1,0 +1,162 @@
+//! Building while it runs: the pointer moves pieces and pulls at their handles, the menu adds and removes them.
+
+use super::site::{HANDLE, Piece, PieceKind, Site};
+use super::{PieceOf, Runner};
+use crate::app::labels::Label;
+use crate::app::props::Props;
+use crate::app::scenes::DemoScene;
+use crate::engine::{AthleteReset, AthleteWorld};
+use bevy::prelude::*;
+
+/// A runner below this fell into a gap, m.
+const LOST: f32 = -1.2;
+
+/// Whether the pointer holds no piece: then a drag turns the camera.
+pub(crate) fn holds_no_piece(site: Res<Site>) -> bool {
+    site.held.is_none()
+}
+
+/// Takes hold of the piece under the pointer, or lets go.
+pub(crate) fn take_piece(
+    buttons: Res<ButtonInput<MouseButton>>,
+    touches: Res<Touches>,
+    windows: Query<&Window>,
+    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+    scene: Res<State<DemoScene>>,
+    mut site: ResMut<Site>,
+) {
+    if *scene.get() != DemoScene::Course || !buttons.just_pressed(MouseButton::Left) {
+        return;
+    }
+    let Some(ray) = pointer_ray(&touches, &windows, &cameras) else { return };
+    let found = site.under(ray);
+    if found.is_some() {
+        site.chosen = found.map(|(k, _)| k);
+        site.held = found;
+    }
+}
+
+/// Moves the held piece.
+pub(super) fn drag_piece(
+    buttons: Res<ButtonInput<MouseButton>>,
+    touches: Res<Touches>,
+    windows: Query<&Window>,
+    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+    runners: Query<&Transform, With<Runner>>,
+    mut site: ResMut<Site>,
+) {
+    if site.held.is_none() {
+        return;
+    }
+    if !buttons.pressed(MouseButton::Left) {
+        site.held = None;
+        return;
+    }
+    let Some(ray) = pointer_ray(&touches, &windows, &cameras) else { return };
+    if let Some((k, wanted)) = site.dragged(ray) {
+        site.change(k, wanted, runner_place(&runners));
+    }
+}
+
+/// The line of sight through the mouse, or through a finger alone.
+fn pointer_ray(
+    touches: &Touches,
+    windows: &Query<&Window>,
+    cameras: &Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+) -> Option<Ray3d> {
+    let mut fingers = touches.iter();
+    let finger = fingers.next().filter(|_| fingers.next().is_none()).map(|finger| finger.position());
+    let place = finger.or_else(|| windows.iter().next()?.cursor_position())?;
+    let (camera, from) = cameras.iter().next()?;
+    camera.viewport_to_world(from, place).ok()
+}
+
+/// Where the runner is; far away where there is none.
+pub(super) fn runner_place(runners: &Query<&Transform, With<Runner>>) -> Vec3 {
+    runners.iter().next().map_or(Vec3::splat(1e6), |place| place.translation)
+}
+
+/// Del takes the chosen piece away.
+pub(crate) fn build_keys(keys: Res<ButtonInput<KeyCode>>, scene: Res<State<DemoScene>>, mut site: ResMut<Site>) {
+    if *scene.get() == DemoScene::Course && keys.just_pressed(KeyCode::Delete) {
+        site.remove();
+    }
+}
+
+/// Lays the course anew where it has changed: the world at once, what is seen too.
+pub(super) fn lay(
+    mut commands: Commands,
+    mut props: Props,
+    site: Res<Site>,
+    roots: Query<Entity, With<CourseRoot>>,
+    mut seen: Query<(Entity, &PieceOf, &mut Transform)>,
+    mut world: ResMut<AthleteWorld>,
+    mut laid: Local<Option<u32>>,
+) -> Result {
+    let count = seen.iter().count();
+    if *laid == Some(site.revision) && count == site.pieces.len() {
+        return Ok(());
+    }
+    *laid = Some(site.revision);
+    world.0 = site.world()?;
+    if seen.iter().all(|(_, of, _)| site.pieces.get(of.index).is_some_and(|p| p.kind == of.kind))
+        && count == site.pieces.len()
+    {
+        for (_, of, mut transform) in &mut seen {
+            if let Some(piece) = site.pieces.get(of.index) {
+                *transform = stands(piece);
+            }
+        }
+        return Ok(());
+    }
+    for (entity, ..) in &seen {
+        commands.entity(entity).despawn();
+    }
+    let Some(root) = roots.iter().next() else { return Ok(()) };
+    for (index, piece) in site.pieces.iter().enumerate() {
+        let color = match piece.kind {
+            PieceKind::Gap => Color::srgb(0.10, 0.11, 0.13),
+            _ => Color::hsl((18.0 + 137.5 * index as f32) % 360.0, 0.55, 0.55),
+        };
+        let label = Label { text: (index + 1).to_string(), above: HANDLE + 0.25 };
+        let of = PieceOf { index, kind: piece.kind };
+        let mut seen = commands.spawn((ChildOf(root), of, props.block(Vec3::ONE, color), stands(piece)));
+        if piece.kind != PieceKind::Gap {
+            seen.insert(label);
+        }
+    }
+    Ok(())
+}
+
+/// A unit block as the piece.
+fn stands(piece: &Piece) -> Transform {
+    Transform::from_translation(piece.middle()).with_scale(piece.size())
+}
+
+/// What the pieces hang on.
+#[derive(Component)]
+pub(super) struct CourseRoot;
+
+/// Handles of all pieces; those of the chosen one stand out.
+pub(super) fn draw_handles(site: Res<Site>, mut gizmos: Gizmos) {
+    for (k, piece) in site.pieces.iter().enumerate() {
+        let chosen = site.chosen == Some(k);
+        let color = if chosen { Color::srgb(1.0, 0.78, 0.20) } else { Color::srgba(1.0, 1.0, 1.0, 0.55) };
+        let handle = piece.handle();
+        gizmos.line(handle.with_y(piece.height), handle, color);
+        gizmos.sphere(handle, 0.06, color);
+        if chosen {
+            let outline = Transform::from_translation(piece.middle()).with_scale(piece.size() + Vec3::splat(0.02));
+            gizmos.cube(outline, color);
+        }
+    }
+}
+
+/// Who fell into a gap starts again.
+pub(super) fn bring_back(mut commands: Commands, runners: Query<(Entity, &Transform), With<Runner>>) {
+    for (entity, place) in &runners {
+        if place.translation.y < LOST {
+            commands.trigger(AthleteReset::new(entity));
+        }
+    }
+}

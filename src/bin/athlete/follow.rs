@@ -1,0 +1,23 @@
+//! Trials that begin where the skills before are left.
+
+use crate::motion;
+use bevy_athlete::cli::{POLICY_FILE, load_task_with};
+use bevy_athlete::skill::SkillDefinition;
+use bevy_athlete::train::load_layers;
+use bevy_athlete::train::ppo::{SkillTask, follow_policy};
+
+/// Lets trials begin as the policies of the skills that are followed leave their motions. The name of each, and in how many ways it is left.
+pub fn follow_policies(task: &mut SkillTask) -> Result<Vec<(String, usize)>, Box<dyn std::error::Error>> {
+    let mut found = Vec::new();
+    for (k, file) in task.skill.after.clone().iter().enumerate() {
+        let mut other = SkillDefinition::load(file)?;
+        other.after.clear();
+        // The body that is asked about performs both.
+        other.character.clone_from(&task.skill.character);
+        let other = load_task_with(&other, None, &mut motion::tell)?;
+        let (layers, contract) = load_layers(file.with_file_name(POLICY_FILE))?;
+        let ways = follow_policy(task, k, &other, &layers, &contract)?;
+        found.push((other.skill.name, ways));
+    }
+    Ok(found)
+}
