@@ -52,6 +52,8 @@ pub struct CourseRun {
     pub seconds: f64,
     /// Skills that were begun after the first, in order, by name; the last one is where it ended.
     pub skills: Vec<String>,
+    /// How long ago the last of them had been left when the run ended, s; `None` where it ended in that skill itself.
+    pub left_before: Option<f64>,
     /// Plans that were new: when (s), what was seen, and the skill by name.
     pub plans: Vec<(f64, CourseView, Option<String>)>,
 }
@@ -136,7 +138,7 @@ fn perform(
 ) -> Result<CourseRun, PolicyError> {
     let model = sim.model().clone();
     let rules: Vec<FallRule> = director.graph().skills().iter().map(|s| FallRule::of(&s.skill, &model)).collect();
-    let (mut skills, mut plans) = (Vec::new(), Vec::new());
+    let (mut skills, mut plans, mut left) = (Vec::new(), Vec::new(), None);
     let h = sim.step_seconds();
     loop {
         director.drive(sim, terrain)?;
@@ -152,7 +154,11 @@ fn perform(
         while let Some(event) = director.take_event() {
             let name = |k: usize| director.graph().skills()[k].name().to_owned();
             match event {
-                DirectorEvent::Began(k) if k != 0 => skills.push(name(k)),
+                DirectorEvent::Began(0) => left = Some(seconds),
+                DirectorEvent::Began(k) => {
+                    skills.push(name(k));
+                    left = None;
+                }
                 DirectorEvent::Plan(view) => plans.push((seconds, view, view.plan.ok().map(name))),
                 _ => {}
             }
@@ -176,6 +182,7 @@ fn perform(
         } else {
             continue;
         };
-        return Ok(CourseRun { end, ahead: -place.z, seconds, skills, plans });
+        let left_before = left.map(|left| seconds - left);
+        return Ok(CourseRun { end, ahead: -place.z, seconds, skills, left_before, plans });
     }
 }

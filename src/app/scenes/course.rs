@@ -79,14 +79,14 @@ impl Plugin for CoursePlugin {
                 FixedUpdate,
                 (change_runners, go, race::run, build::bring_back).chain().run_if(in_state(DemoScene::Course)),
             )
-            .add_systems(Update, build::drag_piece.run_if(in_state(DemoScene::Course)))
+            .add_systems(Update, (build::drag_piece, build::lay_seen).chain().run_if(in_state(DemoScene::Course)))
             .add_systems(
                 Update,
                 build::draw_handles.run_if(in_state(DemoScene::Course).and_then(resource_exists::<GizmoConfigStore>)),
             )
             .add_systems(
                 FixedPostUpdate,
-                build::lay.in_set(AthleteSystems::ReadWorld).run_if(in_state(DemoScene::Course)),
+                build::lay_world.in_set(AthleteSystems::ReadWorld).run_if(in_state(DemoScene::Course)),
             );
     }
 }

@@ -230,16 +230,19 @@ impl CourseCommand {
     fn report(&self, runs: &[CourseRun]) -> Outcome {
         let ended = |end: CourseEnd| runs.iter().filter(|r| r.end == end).count() as u64;
         let whole = ended(CourseEnd::Finished);
-        let mut rows: Vec<(String, usize, usize)> = Vec::new();
+        // By name: begun, last before a failure, and of those in the skill itself.
+        let mut rows: Vec<(String, usize, usize, usize)> = Vec::new();
         for run in runs {
             for (k, skill) in run.skills.iter().enumerate() {
                 let name = skill.trim_end_matches("_mirrored");
                 let at = rows.iter().position(|r| r.0 == name).unwrap_or_else(|| {
-                    rows.push((name.to_owned(), 0, 0));
+                    rows.push((name.to_owned(), 0, 0, 0));
                     rows.len() - 1
                 });
                 rows[at].1 += 1;
-                rows[at].2 += usize::from(k + 1 == run.skills.len() && run.end != CourseEnd::Finished);
+                let last = k + 1 == run.skills.len() && run.end != CourseEnd::Finished;
+                rows[at].2 += usize::from(last);
+                rows[at].3 += usize::from(last && run.left_before.is_none());
             }
         }
         // From start to fall, or from fall to fall where the next run goes on.
@@ -248,20 +251,23 @@ impl CourseCommand {
         if self.json {
             let rows: Vec<_> = rows
                 .iter()
-                .map(|(name, begun, lost)| json!({"name": name, "trials": begun, "successes": begun - lost}))
+                .map(|(name, begun, lost, within)| {
+                    json!({"name": name, "trials": begun, "successes": begun - lost, "failed_within": within})
+                })
                 .collect();
             say_json(&json!({
                 "course": self.course, "runs": runs.len(), "successes": whole, "fell": ended(CourseEnd::Fell),
                 "aside": ended(CourseEnd::Aside), "stopped": ended(CourseEnd::Stopped),
                 "mean_metres_between_falls": between, "rows": rows,
                 "ahead": runs.iter().map(|r| r.ahead).collect::<Vec<_>>(),
+                "left_before": runs.iter().map(|r| r.left_before).collect::<Vec<_>>(),
                 "plans": runs.iter().map(plans).collect::<Vec<_>>(),
             }))?;
             return Ok(ExitCode::SUCCESS);
         }
-        say(&format!("{:<26} {:>7} {:>24}", "skill", "begun", "last before a failure"))?;
-        for (name, begun, lost) in &rows {
-            say(&format!("{name:<26} {begun:>7} {lost:>24}"))?;
+        say(&format!("{:<26} {:>7} {:>24} {:>16}", "skill", "begun", "last before a failure", "of those in it"))?;
+        for (name, begun, lost, within) in &rows {
+            say(&format!("{name:<26} {begun:>7} {lost:>24} {within:>16}"))?;
         }
         let refused = runs.iter().filter_map(|r| r.plans.iter().filter_map(|(_, view, _)| view.plan.err()).next_back());
         if let Some(reason) = refused.clone().next_back() {

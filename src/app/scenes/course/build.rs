@@ -83,36 +83,40 @@ pub(crate) fn build_keys(keys: Res<ButtonInput<KeyCode>>, scene: Res<State<DemoS
     }
 }
 
-/// Lays the course anew where it has changed: the world at once, what is seen too.
-pub(super) fn lay(
+/// The world is the site's as soon as that has changed.
+pub(super) fn lay_world(site: Res<Site>, mut world: ResMut<AthleteWorld>, mut laid: Local<Option<u32>>) -> Result {
+    if laid.replace(site.revision) != Some(site.revision) {
+        world.0 = site.world()?;
+    }
+    Ok(())
+}
+
+/// What is seen, while time stands still too.
+pub(super) fn lay_seen(
     mut commands: Commands,
     mut props: Props,
     site: Res<Site>,
     roots: Query<Entity, With<CourseRoot>>,
     mut seen: Query<(Entity, &PieceOf, &mut Transform)>,
-    mut world: ResMut<AthleteWorld>,
     mut laid: Local<Option<u32>>,
-) -> Result {
-    let count = seen.iter().count();
-    if *laid == Some(site.revision) && count == site.pieces.len() {
-        return Ok(());
+) {
+    let all_there = seen.iter().count() == site.pieces.len();
+    if laid.replace(site.revision) == Some(site.revision) && all_there {
+        return;
     }
-    *laid = Some(site.revision);
-    world.0 = site.world()?;
-    if seen.iter().all(|(_, of, _)| site.pieces.get(of.index).is_some_and(|p| p.kind == of.kind))
-        && count == site.pieces.len()
-    {
+    let is_there = |of: &PieceOf| site.pieces.get(of.index).is_some_and(|piece| piece.kind == of.kind);
+    if all_there && seen.iter().all(|(_, of, _)| is_there(of)) {
         for (_, of, mut transform) in &mut seen {
             if let Some(piece) = site.pieces.get(of.index) {
                 *transform = stands(piece);
             }
         }
-        return Ok(());
+        return;
     }
     for (entity, ..) in &seen {
         commands.entity(entity).despawn();
     }
-    let Some(root) = roots.iter().next() else { return Ok(()) };
+    let Some(root) = roots.iter().next() else { return };
     for (index, piece) in site.pieces.iter().enumerate() {
         let color = match piece.kind {
             PieceKind::Gap => Color::srgb(0.10, 0.11, 0.13),
@@ -125,7 +129,6 @@ pub(super) fn lay(
             seen.insert(label);
         }
     }
-    Ok(())
 }
 
 /// A unit block as the piece.
