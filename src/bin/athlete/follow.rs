@@ -6,15 +6,26 @@ use bevy_athlete::skill::SkillDefinition;
 use bevy_athlete::train::load_layers;
 use bevy_athlete::train::ppo::{SkillTask, follow_policy};
 
-/// Lets trials begin as the policies of the skills that are followed leave their motions. The name of each, and in how many ways it is left.
+/// Lets trials begin as the policies of the skills that are followed leave their motions, half of them begun themselves as what they follow is left.
+/// The name of each, and in how many ways it is left.
 pub fn follow_policies(task: &mut SkillTask) -> Result<Vec<(String, usize)>, Box<dyn std::error::Error>> {
+    follow(task, 1)
+}
+
+/// `generations`: how many skills before the one before.
+fn follow(task: &mut SkillTask, generations: usize) -> Result<Vec<(String, usize)>, Box<dyn std::error::Error>> {
     let mut found = Vec::new();
     for (k, file) in task.skill.after.clone().iter().enumerate() {
         let mut other = SkillDefinition::load(file)?;
-        other.after.clear();
+        if generations == 0 || !other.episode.after_policy {
+            other.after.clear();
+        }
         // The body that is asked about performs both.
         other.character.clone_from(&task.skill.character);
-        let other = load_task_with(&other, None, &mut motion::tell)?;
+        let mut other = load_task_with(&other, None, &mut motion::tell)?;
+        if generations > 0 {
+            follow(&mut other, generations - 1)?;
+        }
         let (layers, contract) = load_layers(file.with_file_name(POLICY_FILE))?;
         let ways = follow_policy(task, k, &other, &layers, &contract)?;
         found.push((other.skill.name, ways));

@@ -35,6 +35,8 @@ pub struct Obstacle {
 const LEVEL: f64 = 0.07;
 /// Ground that goes on for longer than this is no obstacle to cross but another level, m.
 const GOES_ON: f64 = 1.2;
+/// Lower ground that goes on for longer than this is no gap, m.
+const WIDEST_GAP: f64 = 3.2;
 
 impl Obstacle {
     /// The first obstacle in a profile of heights: `heights[k]` (m, against the ground under the runner) at `distances[k]` (m ahead, ascending). `None` where
@@ -56,10 +58,15 @@ impl Obstacle {
         let edge = |k: usize| if k == 0 { distances[0] } else { 0.5 * (distances[k - 1] + distances[k]) };
         let start = edge(first);
         let rises = heights[first] > ground;
-        // It ends where the ground is nearer to that before it than to its own.
+        // It ends where the ground is nearer to that before it than to its own. What goes on for longer is another level, and whatever comes on that
+        // is the next obstacle.
+        let longest = GOES_ON + if rises { 0.0 } else { WIDEST_GAP - GOES_ON };
         let mut extreme = heights[first] - ground;
         let mut end = None;
         for (k, height) in heights.iter().enumerate().skip(first + 1) {
+            if edge(k) - start > longest {
+                break;
+            }
             let h = height - ground;
             let over = if rises { h < 0.5 * extreme } else { h > 0.5 * extreme };
             if over {
@@ -68,11 +75,9 @@ impl Obstacle {
             }
             extreme = if rises { extreme.max(h) } else { extreme.min(h) };
         }
-        let last = distances[count - 1];
-        let depth = end.map_or(last - start, edge_from(start, &edge));
+        let depth = end.map_or(distances[count - 1], edge) - start;
         let behind = end.map_or(extreme, |k| heights[k] - ground);
-        let short = end.is_some() && depth <= GOES_ON + if rises { 0.0 } else { 2.0 };
-        let kind = match (rises, short) {
+        let kind = match (rises, end.is_some()) {
             (true, true) => ObstacleKind::Over,
             (true, false) => ObstacleKind::Up,
             (false, true) => ObstacleKind::Gap,
@@ -80,10 +85,6 @@ impl Obstacle {
         };
         Some(Self { kind, distance: start, height: extreme, depth, behind })
     }
-}
-
-fn edge_from<'a>(start: f64, edge: &'a impl Fn(usize) -> f64) -> impl Fn(usize) -> f64 + 'a {
-    move |k| edge(k) - start
 }
 
 #[cfg(test)]
@@ -125,6 +126,33 @@ mod tests {
         })
         .unwrap();
         assert_eq!((found.kind, found.height, found.behind), (ObstacleKind::Over, 0.6, -0.4));
+    }
+
+    /// A box on a platform, and a gap behind a way down, are not part of what is before them.
+    #[test]
+    fn what_comes_on_another_level_is_the_next_obstacle() {
+        let found = seen(|d| {
+            if d < 2.0 {
+                0.0
+            } else if d < 6.5 {
+                0.5
+            } else {
+                1.3
+            }
+        })
+        .unwrap();
+        assert_eq!((found.kind, found.height, found.behind), (ObstacleKind::Up, 0.5, 0.5));
+        let found = seen(|d| {
+            if d < 1.0 {
+                0.0
+            } else if (5.0..6.0).contains(&d) {
+                -1e9
+            } else {
+                -0.4
+            }
+        })
+        .unwrap();
+        assert_eq!((found.kind, found.height, found.behind), (ObstacleKind::Down, -0.4, -0.4));
     }
 
     #[test]

@@ -25,11 +25,13 @@ const WARM_UP: f64 = 2.0;
 const FROM_ONE: usize = 3;
 /// A body whose root is higher or lower than the reference's by more than this is on its way to a fall, m.
 const FALLING: f64 = 0.1;
+/// Part of its trials that begin as what comes before it is left, where that is known.
+const AFTER: f64 = 0.5;
 /// Longest time in which bodies are looked for, s of every lane.
 const LONGEST: f64 = 120.0;
 
 /// Lets the trials of `task` that follow its `k`-th predecessor (see [`SkillTask::follow`]) begin as the policy of that skill, `other`, leaves it: at the
-/// speeds at which `task` begins, straight on. Gives how many bodies were found; with none they begin in the pose of its motion, as before.
+/// speeds at which `task` begins, straight on; half of its own trials begin as what `other` follows is left. Gives how many bodies were found; with none they begin in the pose of its motion, as before.
 pub fn follow_policy(
     task: &mut SkillTask,
     k: usize,
@@ -48,6 +50,7 @@ pub fn follow_policy(
     let mut other = other.trial(&TrialRow::named("followed"))?;
     let episode = &mut other.skill.episode;
     episode.steer = None;
+    episode.after_share = if other.before.is_empty() { 0.0 } else { AFTER };
     if other.motion.cycle().is_some() {
         let began = &task.skill.episode;
         (episode.speed, episode.start_speed, episode.start) = (began.start_speed.or(began.speed), None, None);
