@@ -198,6 +198,18 @@ fn trials_begin_as_the_policy_before_leaves_its_motion() {
         before.bodies.iter().map(|b| b.linear.z).fold((0.0, f64::MIN), |s: (f64, f64), z| (s.0.min(z), s.1.max(z)));
     assert!(spread.1 - spread.0 > 0.1, "at different speeds: {spread:?}");
 
+    // A row of the table in which every trial begins so.
+    let row = TrialRow { after: true, ..TrialRow::named("after") };
+    let judged = Arc::new(task.trial(&row).unwrap());
+    let starts = StartSampler::uniform(judged.motion.last(), judged.motion.cycle().is_some());
+    let trials = Environment::<F32x8>::new(judged, 5, 0, &starts);
+    let entries: Vec<usize> = task.before.iter().map(|before| before.transition.enter).collect();
+    assert!(!entries.contains(&0) && (0..8).all(|lane| entries.contains(&trials.tracker.tick(lane))), "{entries:?}");
+    let mut alone = task.clone();
+    alone.before.clear();
+    let error = alone.trial(&row).unwrap_err().to_string();
+    assert!(error.contains("`after`") && error.contains(&task.skill.name), "{error}");
+
     let mut narrow = other;
     narrow.skill.observe.push(ObservationTerm::FootForces);
     narrow.layout = Arc::new(narrow.skill.layout(&narrow.model));
