@@ -54,6 +54,8 @@ pub struct CourseRun {
     pub skills: Vec<String>,
     /// How long ago the last of them had been left when the run ended, s; `None` where it ended in that skill itself.
     pub left_before: Option<f64>,
+    /// What a fall was: the contact point that touched, or how low the root was.
+    pub fell_by: Option<String>,
     /// Plans that were new: when (s), what was seen, and the skill by name.
     pub plans: Vec<(f64, CourseView, Option<String>)>,
 }
@@ -164,14 +166,14 @@ fn perform(
             }
         }
         let rule = &rules[director.skill()];
-        let down = rule.forbidden.iter().any(|p| sim.contact_force(*p, 0) != DVec3::ZERO);
+        let touches = rule.forbidden.iter().find(|p| sim.contact_force(**p, 0) != DVec3::ZERO);
         // In a hop down it is low over where it came from, but not over the ground.
         let low = |sim: &Simulator<f64>| {
             let ground = terrain.height(sim.state.root_position);
             !ground.found || place.y - ground.height < rule.pelvis
         };
         let lies = place.y - director.player().support().height < rule.pelvis && low(sim);
-        let end = if down || !sim.is_sane(0) || lies {
+        let end = if touches.is_some() || !sim.is_sane(0) || lies {
             CourseEnd::Fell
         } else if -place.z >= task.finish {
             CourseEnd::Finished
@@ -183,6 +185,11 @@ fn perform(
             continue;
         };
         let left_before = left.map(|left| seconds - left);
-        return Ok(CourseRun { end, ahead: -place.z, seconds, skills, left_before, plans });
+        let fell_by = (end == CourseEnd::Fell).then(|| match touches {
+            Some(point) => model.contact_points[*point].name.clone(),
+            None if lies => format!("the root {:.2} m over its support", place.y - director.player().support().height),
+            None => "numbers that make no sense".into(),
+        });
+        return Ok(CourseRun { end, ahead: -place.z, seconds, skills, left_before, fell_by, plans });
     }
 }

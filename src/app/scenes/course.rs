@@ -29,7 +29,7 @@ pub(crate) use race::Race;
 pub(crate) use site::{DEPTHS, HEIGHTS, Piece, PieceKind, Site, WIDTHS};
 
 /// Where the obstacles stand, m along -Z, and their heights, m.
-const OBSTACLES: [(f32, f32); 3] = [(10.4, 0.30), (20.56, 0.35), (30.84, 0.60)];
+const OBSTACLES: [(f32, f32); 3] = [(10.4, 0.30), (20.56, 0.35), (30.84, 0.75)];
 /// Depth and width of an obstacle, m.
 const SIZE: Vec2 = Vec2::new(0.35, 1.4);
 /// Length of the way, m.
@@ -45,7 +45,7 @@ const ROUND: [(f32, f32, f32); 7] = [
     (0.0, -3.0, 2.2),
 ];
 /// What clears obstacles, from the folder of the running skills.
-const CLEARS: [&str; 6] = ["jump", "hop_down", "hurdle", "gap", "step_vault", "drop_roll"];
+const CLEARS: [&str; 7] = ["jump", "hop_down", "hurdle", "gap", "leap", "step_vault", "drop_roll"];
 /// Distance at which a place counts as reached, m.
 const REACHED: f32 = 1.5;
 /// Fastest run that a player can ask for, m/s.

@@ -42,7 +42,7 @@ pub struct CourseCommand {
     #[arg(long, default_value = "run")]
     run: String,
     /// Skills that clear obstacles, by name or file
-    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle,gap,step_vault,drop_roll")]
+    #[arg(long, value_delimiter = ',', default_value = "jump,hop_down,hurdle,gap,leap,step_vault,drop_roll")]
     skills: Vec<String>,
     /// Running speed, m/s
     #[arg(long, default_value_t = 3.2)]
@@ -82,7 +82,7 @@ fn plans(run: &CourseRun) -> serde_json::Value {
             "skill": skill, "refused": view.plan.err().map(|reason| reason.to_string()),
         })
     };
-    json!({"end": format!("{:?}", run.end), "seconds": run.seconds, "begun": run.skills, "seen": run.plans.iter().map(plan).collect::<Vec<_>>()})
+    json!({"end": format!("{:?}", run.end), "fell_by": run.fell_by, "seconds": run.seconds, "begun": run.skills, "seen": run.plans.iter().map(plan).collect::<Vec<_>>()})
 }
 
 /// Where the obstacles come from.

@@ -4,7 +4,7 @@ use crate::asset::dense_layers::DenseLayers;
 use crate::asset::policy_contract::PolicyContract;
 use crate::control::tracking::Heading;
 use crate::math::Real;
-use crate::skill::{Transition, TrialRow};
+use crate::skill::{SteerOptions, Transition, TrialRow};
 use crate::train::nn::Network;
 use crate::train::ppo::environment::{Environment, EpisodeStatus};
 use crate::train::ppo::error::TrainError;
@@ -27,11 +27,14 @@ const FROM_ONE: usize = 3;
 const FALLING: f64 = 0.1;
 /// Part of its trials that begin as what comes before it is left, where that is known.
 const AFTER: f64 = 0.5;
+/// A motion that repeats is told another of the speeds so often, s, and turns by so much, rad/s: a planner hurries, brakes and steers.
+const COMMANDS: (f64, f64) = (0.4, 2.0);
+const TURN: f64 = 0.2;
 /// Longest time in which bodies are looked for, s of every lane.
 const LONGEST: f64 = 120.0;
 
-/// Lets the trials of `task` that follow its `k`-th predecessor (see [`SkillTask::follow`]) begin as the policy of that skill, `other`, leaves it: at the
-/// speeds at which `task` begins, straight on; half of its own trials begin as what `other` follows is left. Gives how many bodies were found; with none they begin in the pose of its motion, as before.
+/// Lets the trials of `task` that follow its `k`-th predecessor (see [`SkillTask::follow`]) begin as the policy of that skill, `other`, leaves it: at
+/// speeds at which `task` begins, which change on the way; half of its own trials begin as what `other` follows is left. Gives how many bodies were found; with none they begin in the pose of its motion, as before.
 pub fn follow_policy(
     task: &mut SkillTask,
     k: usize,
@@ -54,6 +57,7 @@ pub fn follow_policy(
     if other.motion.cycle().is_some() {
         let began = &task.skill.episode;
         (episode.speed, episode.start_speed, episode.start) = (began.start_speed.or(began.speed), None, None);
+        episode.steer = Some(SteerOptions { every: COMMANDS, turn: TURN });
     }
     let other = Arc::new(other.at_play_rate()?);
     let Some(before) = task.before.get_mut(k) else { return Ok(0) };
