@@ -12,7 +12,7 @@ use bevy_athlete::asset::dense_layers::Activation;
 use bevy_athlete::asset::landmark_layout::LandmarkLayout;
 use bevy_athlete::asset::policy_contract::PolicyContract;
 use bevy_athlete::math::RandomStream;
-use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, preset, skater};
+use bevy_athlete::model::{BodyLandmark, BodyLandmarks, KeyPoses, ModelPose, PRESET_NAMES, preset, skater};
 use bevy_athlete::train::save_policy;
 use glam::DQuat;
 use serde_json::{Value, json};
@@ -588,4 +588,13 @@ fn info_shows_a_policys_contract() {
     refused(&["info", "--policy", &folder.write("text.onnx", "a text")], &["not an ONNX model"]);
     refused(&["info", "--policy", &folder.path("none.onnx")], &["cannot be read"]);
     refused(&["info"], &["--character"]);
+}
+
+#[test]
+fn help_names_every_preset() {
+    for command in ["show", "evaluate", "simulate", "reconstruct"] {
+        let help = done(&[command, "--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+        let listed = format!("preset ({})", PRESET_NAMES.join(", "));
+        assert!(help.contains(&listed), "{command}: {help}");
+    }
 }

@@ -37,9 +37,7 @@ pub struct Evaluate {
     /// Trials in a row of the table
     #[arg(long, default_value_t = 200)]
     trials: usize,
-    /// Instead of the skill's own character: a preset (skater, foot_human, two_segment_human, toes_human, runner) or a .character.ron file. A
-    /// body that the policy does not fit is refused, as in a game
-    #[arg(long)]
+    #[arg(long, help = character_help!(", instead of the skill's own character. A body that the policy does not fit is refused, as in a game"))]
     character: Option<String>,
     /// Instead of the skill's own rows: three pushes of so many newtons for 0.1 s at the trunk, from random sides
     #[arg(long)]

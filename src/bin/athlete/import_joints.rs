@@ -22,8 +22,7 @@ pub struct ImportJoints {
     /// Where to write the key poses (.keyposes.ron); by default beside the input, if nothing is there
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
-    #[arg(long, default_value = "skater")]
+    #[arg(long, help = character_help!(), default_value = "skater")]
     character: String,
     /// smpl24, smpl22, mediapipe33 or path of a .landmarks.ron file; by default what the file says, else by the number of landmarks
     #[arg(long)]

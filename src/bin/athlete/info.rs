@@ -10,8 +10,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, Args)]
 pub struct Info {
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
-    #[arg(long, required_unless_present = "policy")]
+    #[arg(long, help = character_help!(), required_unless_present = "policy")]
     character: Option<String>,
     /// A policy (.onnx): show its contract, and with --character check that it fits
     #[arg(long, value_name = "FILE")]

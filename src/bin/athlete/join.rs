@@ -15,8 +15,7 @@ pub struct Join {
     /// Motions (.clip.ron, .keyposes.ron, .bvh) in their order; one alone becomes a clip
     #[arg(required = true, num_args = 1..)]
     files: Vec<PathBuf>,
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
-    #[arg(long)]
+    #[arg(long, help = character_help!())]
     character: String,
     /// Joint map for .bvh files, instead of the built-in ones that know their skeletons, or those that are found
     #[arg(long)]

@@ -1,5 +1,15 @@
 //! `athlete`: simulation, reconstruction, export and timing of bevy_athlete's characters, without a window.
 
+/// What `--character` takes, with what a command adds.
+macro_rules! character_help {
+    ($($more:literal)?) => {
+        concat!(
+            "Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file"
+            $(, $more)?
+        )
+    };
+}
+
 mod balance;
 mod bench;
 mod course;

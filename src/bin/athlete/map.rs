@@ -28,8 +28,7 @@ const ENDING: &str = ".map.ron";
 pub struct Map {
     /// Motion (.bvh)
     file: PathBuf,
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
-    #[arg(long, default_value = "skater")]
+    #[arg(long, help = character_help!(), default_value = "skater")]
     character: String,
     /// Where to write the map (.map.ron); without it, it is only shown
     #[arg(long)]

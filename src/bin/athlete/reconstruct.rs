@@ -26,8 +26,7 @@ const SEAM: f64 = 0.2;
 
 #[derive(Debug, Args)]
 pub struct Reconstruct {
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file
-    #[arg(long)]
+    #[arg(long, help = character_help!())]
     character: String,
     /// Motion to follow: a .bvh, .clip.ron or .keyposes.ron file
     #[arg(long)]

@@ -31,9 +31,7 @@ pub struct Show {
     /// Where to write the picture (PNG)
     #[arg(long)]
     storyboard: PathBuf,
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file; by default that of
-    /// the key poses, else skater
-    #[arg(long)]
+    #[arg(long, help = character_help!("; by default that of the key poses, else skater"))]
     character: Option<String>,
     /// Joint map for a .bvh file, instead of the built-in one that knows its skeleton, or the one that is found
     #[arg(long)]

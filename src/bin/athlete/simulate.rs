@@ -23,9 +23,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("script").required(true))]
 pub struct Simulate {
-    /// Name of a preset (skater, foot_human, two_segment_human, toes_human, runner) or path of a .character.ron file; with --control
-    /// it may be left out
-    #[arg(long)]
+    #[arg(long, help = character_help!("; with --control it may be left out"))]
     character: Option<String>,
     #[command(flatten)]
     world: WorldArgs,
