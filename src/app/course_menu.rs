@@ -8,14 +8,14 @@ use bevy_egui::egui;
 const AHEAD: f32 = 9.0;
 
 /// Pieces to add, the chosen one's numbers, the file.
-pub(super) fn site(ui: &mut egui::Ui, site: &mut ResMut<Site>, race: &mut ResMut<Race>, runner: Vec3) {
+pub(super) fn site(ui: &mut egui::Ui, site: &mut ResMut<Site>, race: &mut ResMut<Race>, runners: &[Vec3]) {
     ui.label("Build while it runs: drag a block, pull its knob.");
     ui.horizontal(|ui| {
         for kind in PieceKind::ALL {
             if ui.button(format!("+ {}", kind.title())).clicked() {
                 // On its round it comes by there.
-                let ahead = if runner.z.abs() < 1e3 { (AHEAD - runner.z).clamp(4.0, 38.0) } else { AHEAD };
-                site.add(Piece::new(kind, ahead), runner);
+                let ahead = runners.first().map_or(AHEAD, |runner| (AHEAD - runner.z).clamp(4.0, 38.0));
+                site.add(Piece::new(kind, ahead), runners);
             }
         }
     });
@@ -29,10 +29,12 @@ pub(super) fn site(ui: &mut egui::Ui, site: &mut ResMut<Site>, race: &mut ResMut
         } else {
             slider(&mut piece.height, HEIGHTS, "m high");
             slider(&mut piece.depth, DEPTHS, "m deep");
-            slider(&mut piece.width, WIDTHS, "m wide");
+            if site.race_width.is_none() {
+                slider(&mut piece.width, WIDTHS, "m wide");
+            }
         }
         if site.pieces.get(k) != Some(&piece) {
-            site.change(k, piece, runner);
+            site.change(k, piece, runners);
         }
     }
     ui.horizontal(|ui| {

@@ -10,7 +10,7 @@ use crate::engine::{Athlete, AthleteHistory, AthleteReset, AthleteRewind, Playba
 use bevy::prelude::*;
 
 /// Every key with its meaning, for the help.
-pub const KEYS: [(&str, &str); 17] = [
+pub const KEYS: [(&str, &str); 18] = [
     ("Arrows", "steer: skater, runner, walker; Shift walks faster"),
     ("T / B", "turn backwards / forwards"),
     ("J", "jump, while going backwards"),
@@ -22,7 +22,8 @@ pub const KEYS: [(&str, &str); 17] = [
     ("Backspace", "rewind, while held"),
     ("R", "start again"),
     ("C", "camera: orbit, follow, free"),
-    ("Drag", "turn the camera"),
+    ("Drag", "turn the camera; move a piece of the course"),
+    ("Del", "take the chosen piece away"),
     ("Wheel", "zoom"),
     ("W A S D Q E", "move the free camera"),
     ("Right drag", "pull at a limb; a finger does too"),

@@ -67,8 +67,8 @@ pub(super) fn show_menu(mut contexts: EguiContexts, show: Res<ShowPanel>, mut da
                 }
                 DemoScene::FootLab => lab(ui, &mut data.lab),
                 DemoScene::Course => {
-                    let runner = data.runners.iter().next().map_or(Vec3::splat(1e6), |place| place.translation);
-                    site(ui, &mut data.site, &mut data.race, runner);
+                    let runners: Vec<Vec3> = data.runners.iter().map(|place| place.translation).collect();
+                    site(ui, &mut data.site, &mut data.race, &runners);
                 }
                 DemoScene::Crowd => crowd(ui, &data.crowd),
                 DemoScene::Field => field(ui, &mut data.roughness),

@@ -37,6 +37,10 @@ impl Plugin for NewsPlugin {
             .add_observer(fell)
             .add_observer(stepped)
             .add_observer(stumbled)
+            // Who starts again for another reason does not lie any more.
+            .add_observer(|reset: On<AthleteReset>, mut commands: Commands| {
+                commands.entity(reset.entity).try_remove::<Lies>();
+            })
             .add_observer(|bad: On<AthleteQuarantined>, mut news: ResMut<News>| {
                 news.tell(format!("stopped: {:?}", bad.event()));
             })

@@ -54,7 +54,7 @@ impl Plugin for PullPlugin {
 
 /// The mouse with its right button, or a finger alone.
 #[derive(SystemParam)]
-pub(super) struct Pointer<'w, 's> {
+pub(crate) struct Pointer<'w, 's> {
     buttons: Res<'w, ButtonInput<MouseButton>>,
     touches: Res<'w, Touches>,
     windows: Query<'w, 's, &'static Window>,
@@ -81,15 +81,20 @@ impl Pointer<'_, '_> {
     }
 
     /// Where it is in the window, logical pixels.
-    fn place(&self) -> Option<Vec2> {
+    pub(crate) fn place(&self) -> Option<Vec2> {
         self.finger().map(Touch::position).or_else(|| self.windows.iter().next()?.cursor_position())
     }
 
     /// The line of sight through it, and the camera's place.
-    fn ray(&self) -> Option<(Ray3d, &GlobalTransform)> {
+    pub(crate) fn ray(&self) -> Option<(Ray3d, &GlobalTransform)> {
         let (camera, place) = self.cameras.iter().next()?;
         Some((camera.viewport_to_world(place, self.place()?).ok()?, place))
     }
+}
+
+/// Whether a panel, a button or a stick is at a place.
+pub(crate) fn on_panel(context: &egui::Context, at: Vec2) -> bool {
+    context.layer_id_at(egui::pos2(at.x, at.y)).is_some_and(|layer| layer.order != egui::Order::Background)
 }
 
 /// Takes hold of the link under the pointer, or lets go.
@@ -104,10 +109,7 @@ pub(super) fn take_hold(
     }
     // A finger is where it was not before: whether a panel is there is asked now.
     let context = contexts.ctx_mut()?;
-    let on_panel = |at: Vec2| {
-        context.layer_id_at(egui::pos2(at.x, at.y)).is_some_and(|layer| layer.order != egui::Order::Background)
-    };
-    if pointer.place().is_none_or(on_panel) {
+    if pointer.place().is_none_or(|at| on_panel(context, at)) {
         return Ok(());
     }
     let Some((ray, place)) = pointer.ray() else { return Ok(()) };

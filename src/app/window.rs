@@ -80,7 +80,11 @@ pub fn run_window(control: ControlScene, options: &DemoOptions) -> ExitCode {
                 (
                     (keys, scene_keys, build_keys).run_if(not(egui_wants_any_keyboard_input)),
                     drive.run_if(not(egui_wants_any_keyboard_input)).before(follow),
-                    (take_hold, take_piece, orbit.run_if(holds_nothing.and_then(holds_no_piece)).before(follow))
+                    (
+                        take_hold,
+                        take_piece.run_if(holds_nothing),
+                        orbit.run_if(holds_nothing.and_then(holds_no_piece)).before(follow),
+                    )
                         .chain()
                         .run_if(not(egui_wants_any_pointer_input)),
                 ),

@@ -50,9 +50,9 @@ pub struct CourseRun {
     pub ahead: f64,
     /// Time, s.
     pub seconds: f64,
-    /// Skills that were begun after the first, in order, by name; the last one is where it ended.
+    /// Skills that were begun after the first, in order, by name.
     pub skills: Vec<String>,
-    /// How long ago the last of them had been left when the run ended, s; `None` where it ended in that skill itself.
+    /// How long ago the last of them had been left when the run ended, s; `None` where it ended in that skill, or none was begun.
     pub left_before: Option<f64>,
     /// What a fall was: the contact point that touched, or how low the root was.
     pub fell_by: Option<String>,
@@ -156,7 +156,7 @@ fn perform(
         while let Some(event) = director.take_event() {
             let name = |k: usize| director.graph().skills()[k].name().to_owned();
             match event {
-                DirectorEvent::Began(0) => left = Some(seconds),
+                DirectorEvent::Began(0) => left = (!skills.is_empty()).then_some(seconds),
                 DirectorEvent::Began(k) => {
                     skills.push(name(k));
                     left = None;

@@ -73,6 +73,7 @@ impl Plugin for CoursePlugin {
         app.init_resource::<Site>()
             .init_resource::<Race>()
             .add_observer(race::fell)
+            .add_observer(race::again)
             .add_systems(OnEnter(DemoScene::Course), enter)
             .add_systems(OnExit(DemoScene::Course), |mut site: ResMut<Site>| site.lay(Vec::new()))
             .add_systems(
@@ -108,17 +109,26 @@ fn enter(
     let root = scene_root(&mut commands, DemoScene::Course);
     commands.entity(root).insert(CourseRoot);
     props.hall(&mut commands, root, stage.options.low);
-    site.lay(first_pieces());
+    race.stop();
+    race.on = stage.options.race;
+    let runner = characters.add(CharacterAsset { model: runner() });
+    begin(&mut commands, &assets, runner, &mut site, race.on);
     let lane = props.block(Vec3::new(SIZE.y + 4.0, 0.01, WAY + 4.0), Color::srgb(0.72, 0.36, 0.28));
     commands.spawn((ChildOf(root), lane, Transform::from_xyz(0.0, -0.004, -0.5 * WAY)));
     commands.insert_resource(AthleteWorld(site.world().unwrap_or_else(|_| World::ground())));
-    race.stop();
-    race.on = stage.options.race;
-    if race.on {
-        site.widen(race::WIDTH);
-    }
-    let runner = characters.add(CharacterAsset { model: runner() });
-    spawn_runners(&mut commands, &assets, runner, race.on);
+}
+
+/// The first pieces and who runs over them.
+fn begin(
+    commands: &mut Commands,
+    assets: &AssetServer,
+    character: Handle<CharacterAsset>,
+    site: &mut Site,
+    race: bool,
+) {
+    site.race_width = race.then_some(race::WIDTH);
+    site.lay(first_pieces());
+    spawn_runners(commands, assets, character, race);
 }
 
 /// One that goes its round, or the racers.
@@ -148,26 +158,20 @@ fn change_runners(
     mut commands: Commands,
     mut race: ResMut<Race>,
     mut site: ResMut<Site>,
-    mut last: Local<Option<bool>>,
     assets: Res<AssetServer>,
     mut characters: ResMut<Assets<CharacterAsset>>,
     runners: Query<Entity, With<Runner>>,
     racers: Query<(), With<race::Racer>>,
 ) {
-    let wanted = race.on;
-    if last.replace(wanted) == Some(wanted) || wanted != racers.is_empty() {
+    if race.on != racers.is_empty() {
         return;
     }
     for runner in &runners {
         commands.entity(runner).despawn();
     }
     race.begin();
-    site.lay(first_pieces());
-    if wanted {
-        site.widen(race::WIDTH);
-    }
     let runner = characters.add(CharacterAsset { model: runner() });
-    spawn_runners(&mut commands, &assets, runner, wanted);
+    begin(&mut commands, &assets, runner, &mut site, race.on);
 }
 
 /// Arrow keys, the left stick or the one for thumbs; until the first touch it runs its round.

@@ -221,8 +221,8 @@ pub fn read_trials(
     }
     let mut task = load_task_with(&skill, None, &mut motion::tell)?.at_play_rate()?;
     if skill.episode.after_policy {
-        for (name, _) in follow_policies(&mut task)?.iter().filter(|(_, ways)| *ways == 0) {
-            complain(&format!("{name} is never left for {}: trials begin in the pose of its motion", skill.name));
+        for (name, of, _) in follow_policies(&mut task)?.iter().filter(|(.., ways)| *ways == 0) {
+            complain(&format!("{name} is never left for {of}: trials begin in the pose of its motion"));
         }
     }
     Ok((task, policy))

@@ -265,8 +265,8 @@ impl Train {
         let skill = self.definition()?;
         let mut task = load_task_with(&skill, self.map.as_deref(), &mut motion::tell)?;
         if skill.episode.after_policy {
-            for (name, found) in follow_policies(&mut task)? {
-                say(&format!("{found} ways in which {name} is left for {}", skill.name))?;
+            for (name, of, found) in follow_policies(&mut task)? {
+                say(&format!("{found} ways in which {name} is left for {of}"))?;
             }
         }
         if let (Some(clip), 0..2) = (&self.clip, task.clip.poses.len()) {

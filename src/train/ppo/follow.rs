@@ -27,7 +27,7 @@ const FROM_ONE: usize = 3;
 const FALLING: f64 = 0.2;
 /// Part of its trials that begin as what comes before it is left, where that is known.
 const AFTER: f64 = 0.5;
-/// A motion that repeats is told another of the speeds so often, s, and turns by so much, rad/s: a planner hurries, brakes and steers.
+/// One that is steered is told another of the speeds so often, s, and turns by so much, rad/s: a planner hurries, brakes and steers.
 const COMMANDS: (f64, f64) = (0.4, 2.0);
 const TURN: f64 = 0.2;
 /// Longest time in which bodies are looked for, s of every lane.
@@ -52,12 +52,12 @@ pub fn follow_policy(
     let normalizer = Normalizer::fixed(known.mean.clone(), known.scale.clone(), known.clip);
     let mut other = other.trial(&TrialRow::named("followed"))?;
     let episode = &mut other.skill.episode;
-    episode.steer = None;
+    let steered = episode.steer.take().is_some();
     episode.after_share = if other.before.is_empty() { 0.0 } else { AFTER };
     if other.motion.cycle().is_some() {
         let began = &task.skill.episode;
         (episode.speed, episode.start_speed, episode.start) = (began.start_speed.or(began.speed), None, None);
-        episode.steer = Some(SteerOptions { every: COMMANDS, turn: TURN });
+        episode.steer = steered.then_some(SteerOptions { every: COMMANDS, turn: TURN });
     }
     let other = Arc::new(other.at_play_rate()?);
     let Some(before) = task.before.get_mut(k) else { return Ok(0) };

@@ -1,47 +1,52 @@
 //! Building while it runs: the pointer moves pieces and pulls at their handles, the menu adds and removes them.
 
+use super::race::Racer;
 use super::site::{HANDLE, Piece, PieceKind, Site};
 use super::{PieceOf, Runner};
 use crate::app::labels::Label;
 use crate::app::props::Props;
+use crate::app::pull::{Pointer, on_panel};
 use crate::app::scenes::DemoScene;
 use crate::engine::{AthleteReset, AthleteWorld};
 use bevy::prelude::*;
+use bevy_egui::EguiContexts;
 
 /// A runner below this fell into a gap, m.
-const LOST: f32 = -1.2;
+pub(super) const LOST: f32 = -1.2;
 
 /// Whether the pointer holds no piece: then a drag turns the camera.
 pub(crate) fn holds_no_piece(site: Res<Site>) -> bool {
     site.held.is_none()
 }
 
-/// Takes hold of the piece under the pointer, or lets go.
+/// Takes hold of the piece under the pointer.
 pub(crate) fn take_piece(
     buttons: Res<ButtonInput<MouseButton>>,
-    touches: Res<Touches>,
-    windows: Query<&Window>,
-    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+    pointer: Pointer,
+    mut contexts: EguiContexts,
     scene: Res<State<DemoScene>>,
     mut site: ResMut<Site>,
-) {
+) -> Result {
     if *scene.get() != DemoScene::Course || !buttons.just_pressed(MouseButton::Left) {
-        return;
+        return Ok(());
     }
-    let Some(ray) = pointer_ray(&touches, &windows, &cameras) else { return };
+    let context = contexts.ctx_mut()?;
+    if pointer.place().is_none_or(|at| on_panel(context, at)) {
+        return Ok(());
+    }
+    let Some((ray, _)) = pointer.ray() else { return Ok(()) };
     let found = site.under(ray);
     if found.is_some() {
         site.chosen = found.map(|(k, _)| k);
         site.held = found;
     }
+    Ok(())
 }
 
 /// Moves the held piece.
 pub(super) fn drag_piece(
     buttons: Res<ButtonInput<MouseButton>>,
-    touches: Res<Touches>,
-    windows: Query<&Window>,
-    cameras: Query<(&Camera, &GlobalTransform), With<Camera3d>>,
+    pointer: Pointer,
     runners: Query<&Transform, With<Runner>>,
     mut site: ResMut<Site>,
 ) {
@@ -52,28 +57,11 @@ pub(super) fn drag_piece(
         site.held = None;
         return;
     }
-    let Some(ray) = pointer_ray(&touches, &windows, &cameras) else { return };
+    let Some((ray, _)) = pointer.ray() else { return };
     if let Some((k, wanted)) = site.dragged(ray) {
-        site.change(k, wanted, runner_place(&runners));
+        let runners: Vec<Vec3> = runners.iter().map(|place| place.translation).collect();
+        site.change(k, wanted, &runners);
     }
-}
-
-/// The line of sight through the mouse, or through a finger alone.
-fn pointer_ray(
-    touches: &Touches,
-    windows: &Query<&Window>,
-    cameras: &Query<(&Camera, &GlobalTransform), With<Camera3d>>,
-) -> Option<Ray3d> {
-    let mut fingers = touches.iter();
-    let finger = fingers.next().filter(|_| fingers.next().is_none()).map(|finger| finger.position());
-    let place = finger.or_else(|| windows.iter().next()?.cursor_position())?;
-    let (camera, from) = cameras.iter().next()?;
-    camera.viewport_to_world(from, place).ok()
-}
-
-/// Where the runner is; far away where there is none.
-pub(super) fn runner_place(runners: &Query<&Transform, With<Runner>>) -> Vec3 {
-    runners.iter().next().map_or(Vec3::splat(1e6), |place| place.translation)
 }
 
 /// Del takes the chosen piece away.
@@ -97,7 +85,7 @@ pub(super) fn lay_seen(
     mut props: Props,
     site: Res<Site>,
     roots: Query<Entity, With<CourseRoot>>,
-    mut seen: Query<(Entity, &PieceOf, &mut Transform)>,
+    mut seen: Query<(Entity, &PieceOf, &mut Transform, Option<&mut Label>)>,
     mut laid: Local<Option<u32>>,
 ) {
     let all_there = seen.iter().count() == site.pieces.len();
@@ -105,10 +93,12 @@ pub(super) fn lay_seen(
         return;
     }
     let is_there = |of: &PieceOf| site.pieces.get(of.index).is_some_and(|piece| piece.kind == of.kind);
-    if all_there && seen.iter().all(|(_, of, _)| is_there(of)) {
-        for (_, of, mut transform) in &mut seen {
-            if let Some(piece) = site.pieces.get(of.index) {
-                *transform = stands(piece);
+    if all_there && seen.iter().all(|(_, of, ..)| is_there(of)) {
+        for (_, of, mut transform, label) in &mut seen {
+            let Some(piece) = site.pieces.get(of.index) else { continue };
+            *transform = stands(piece);
+            if let Some(mut label) = label {
+                label.above = above(piece);
             }
         }
         return;
@@ -122,13 +112,18 @@ pub(super) fn lay_seen(
             PieceKind::Gap => Color::srgb(0.10, 0.11, 0.13),
             _ => Color::hsl((18.0 + 137.5 * index as f32) % 360.0, 0.55, 0.55),
         };
-        let label = Label { text: (index + 1).to_string(), above: HANDLE + 0.25 };
+        let label = Label { text: (index + 1).to_string(), above: above(piece) };
         let of = PieceOf { index, kind: piece.kind };
         let mut seen = commands.spawn((ChildOf(root), of, props.block(Vec3::ONE, color), stands(piece)));
         if piece.kind != PieceKind::Gap {
             seen.insert(label);
         }
     }
+}
+
+/// Where its number is, from its middle, m: over the knob.
+fn above(piece: &Piece) -> f32 {
+    0.5 * piece.height + HANDLE + 0.25
 }
 
 /// A unit block as the piece.
@@ -155,8 +150,8 @@ pub(super) fn draw_handles(site: Res<Site>, mut gizmos: Gizmos) {
     }
 }
 
-/// Who fell into a gap starts again.
-pub(super) fn bring_back(mut commands: Commands, runners: Query<(Entity, &Transform), With<Runner>>) {
+/// Who fell into a gap starts again; a racer is out.
+pub(super) fn bring_back(mut commands: Commands, runners: Query<(Entity, &Transform), (With<Runner>, Without<Racer>)>) {
     for (entity, place) in &runners {
         if place.translation.y < LOST {
             commands.trigger(AthleteReset::new(entity));

@@ -1,7 +1,8 @@
 //! A race: eight runners side by side over the same pieces.
 
+use super::build::LOST;
 use crate::app::news::{News, StaysDown};
-use crate::engine::{AthleteFell, AthleteInput, AthleteLook, AthleteReset};
+use crate::engine::{AthleteBody, AthleteFell, AthleteInput, AthleteLook, AthleteReset, LinkPoses};
 use bevy::prelude::*;
 
 /// Runners.
@@ -70,23 +71,31 @@ pub(super) fn run(
     time: Res<Time>,
     mut race: ResMut<Race>,
     mut news: ResMut<News>,
-    mut racers: Query<(Entity, &Transform, &mut Racer, &mut AthleteInput)>,
+    mut racers: Query<(Entity, &LinkPoses, &mut Racer, &mut AthleteInput), With<AthleteBody>>,
 ) {
-    if racers.is_empty() {
+    // While files are read nobody runs.
+    if racers.iter().count() < LANES {
         return;
     }
     race.clock += time.delta_secs();
     let mut running = false;
-    for (_, place, mut racer, mut input) in &mut racers {
+    for (_, poses, mut racer, mut input) in &mut racers {
+        // Where it is in this tick; its transform is that of the last frame.
+        let Some(root) = poses.current.first() else { return };
+        let place = root.position.as_vec3();
         let aside = (racer.lane as f32 - 0.5 * (LANES - 1) as f32) * APART;
-        if !racer.done && -place.translation.z > FINISH {
+        if !racer.done && place.y < LOST {
+            racer.done = true;
+            news.tell(format!("lane {} is out", racer.lane + 1));
+        }
+        if !racer.done && -place.z > FINISH {
             racer.done = true;
             race.came_in += 1;
             news.tell(format!("{}. lane {}, {:.1} s", race.came_in, racer.lane + 1, race.clock));
         }
         running |= !racer.done;
         // To a point ahead in its own lane: who was pushed aside comes back.
-        let way = Vec3::new(aside - place.translation.x, 0.0, -6.0);
+        let way = Vec3::new(aside - place.x, 0.0, -6.0);
         let wanted = AthleteInput::towards(way).at(if racer.done { 0.0 } else { SPEED });
         if *input != wanted {
             *input = wanted;
@@ -97,9 +106,7 @@ pub(super) fn run(
     }
     race.over += time.delta_secs();
     if race.over > PAUSE {
-        race.begin();
-        for (entity, _, mut racer, _) in &mut racers {
-            racer.done = false;
+        for (entity, ..) in &racers {
             commands.trigger(AthleteReset::new(entity));
         }
     }
@@ -112,5 +119,13 @@ pub(super) fn fell(fall: On<AthleteFell>, mut racers: Query<&mut Racer>, mut new
     {
         racer.done = true;
         news.tell(format!("lane {} is out", racer.lane + 1));
+    }
+}
+
+/// Who is put back to the start runs again, and the race begins anew.
+pub(super) fn again(reset: On<AthleteReset>, mut racers: Query<&mut Racer>, mut race: ResMut<Race>) {
+    if let Ok(mut racer) = racers.get_mut(reset.entity) {
+        racer.done = false;
+        race.begin();
     }
 }

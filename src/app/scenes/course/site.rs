@@ -111,11 +111,29 @@ impl Piece {
         (near <= far).then_some(near)
     }
 
-    /// Whether a runner at a place has room beside it.
-    fn leaves_room(&self, runner: Vec3) -> bool {
-        let aside = (runner.x - self.right).abs() - 0.5 * self.width;
-        let along = (runner.z + self.ahead).abs() - 0.5 * self.depth;
-        aside.max(along) > ROOM
+    /// Whether runners at these places have room beside it.
+    fn leaves_room(&self, runners: &[Vec3]) -> bool {
+        runners.iter().all(|runner| {
+            let aside = (runner.x - self.right).abs() - 0.5 * self.width;
+            let along = (runner.z + self.ahead).abs() - 0.5 * self.depth;
+            aside.max(along) > ROOM
+        })
+    }
+
+    /// With its numbers in their ranges; as wide as a race wants it.
+    fn within(mut self, race_width: Option<f32>) -> Self {
+        self.right = self.right.clamp(-BOUNDS.0, BOUNDS.0);
+        self.ahead = self.ahead.clamp(-BOUNDS.1, BOUNDS.1);
+        self.depth = self.depth.clamp(DEPTHS.0, DEPTHS.1);
+        match (self.kind, race_width) {
+            (PieceKind::Gap, _) => (self.right, self.width, self.height) = (0.0, HALL, 0.0),
+            (_, Some(width)) => (self.right, self.width) = (0.0, width),
+            (_, None) => self.width = self.width.clamp(WIDTHS.0, WIDTHS.1),
+        }
+        if self.kind != PieceKind::Gap {
+            self.height = self.height.clamp(HEIGHTS.0, HEIGHTS.1);
+        }
+        self
     }
 }
 
@@ -137,6 +155,8 @@ pub(crate) struct Site {
     pub chosen: Option<usize>,
     /// What the pointer holds, by its piece.
     pub held: Option<(usize, Grip)>,
+    /// Width of every piece while a race is on, m: right across the lanes.
+    pub race_width: Option<f32>,
     /// Counts the changes.
     pub revision: u32,
 }
@@ -144,20 +164,19 @@ pub(crate) struct Site {
 impl Site {
     /// With these pieces.
     pub(crate) fn lay(&mut self, pieces: Vec<Piece>) {
-        *self = Self { pieces, revision: self.revision + 1, ..Self::default() };
-    }
-
-    /// Makes all pieces so wide, m.
-    pub(super) fn widen(&mut self, width: f32) {
-        for piece in &mut self.pieces {
-            (piece.right, piece.width) = if piece.kind == PieceKind::Gap { (0.0, HALL) } else { (0.0, width) };
-        }
-        self.revision += 1;
+        let (race_width, revision) = (self.race_width, self.revision + 1);
+        *self = Self {
+            pieces: pieces.into_iter().map(|p| p.within(race_width)).collect(),
+            race_width,
+            revision,
+            ..Self::default()
+        };
     }
 
     /// Puts one more there.
-    pub(crate) fn add(&mut self, piece: Piece, runner: Vec3) -> bool {
-        let added = self.pieces.len() < MOST && piece.leaves_room(runner);
+    pub(crate) fn add(&mut self, piece: Piece, runners: &[Vec3]) -> bool {
+        let piece = piece.within(self.race_width);
+        let added = self.pieces.len() < MOST && piece.leaves_room(runners);
         if added {
             self.pieces.push(piece);
             self.chosen = Some(self.pieces.len() - 1);
@@ -175,23 +194,15 @@ impl Site {
         }
     }
 
-    /// Changes a piece, where the runner has room beside what it becomes. Numbers out of their ranges are brought into them.
-    pub(crate) fn change(&mut self, k: usize, mut wanted: Piece, runner: Vec3) -> bool {
+    /// Changes a piece, where the runners have room beside what it becomes. Numbers out of their ranges are brought into them.
+    pub(crate) fn change(&mut self, k: usize, wanted: Piece, runners: &[Vec3]) -> bool {
+        let wanted = wanted.within(self.race_width);
         let Some(piece) = self.pieces.get_mut(k) else { return false };
-        wanted.right = wanted.right.clamp(-BOUNDS.0, BOUNDS.0);
-        wanted.ahead = wanted.ahead.clamp(-BOUNDS.1, BOUNDS.1);
-        wanted.depth = wanted.depth.clamp(DEPTHS.0, DEPTHS.1);
-        if wanted.kind == PieceKind::Gap {
-            (wanted.right, wanted.width, wanted.height) = (0.0, HALL, 0.0);
-        } else {
-            wanted.width = wanted.width.clamp(WIDTHS.0, WIDTHS.1);
-            wanted.height = wanted.height.clamp(HEIGHTS.0, HEIGHTS.1);
-        }
-        // What a runner stands on may not move away under it either, but may go on being where it is.
+        // What a runner stands on does not move under it; a height may change before its nose.
         let (place, size) = ((wanted.right, wanted.ahead), (wanted.depth, wanted.width));
         let stays = (piece.right, piece.ahead) == place && (piece.depth, piece.width) == size;
-        let over = !piece.leaves_room(runner);
-        if wanted == *piece || (over && wanted.kind != PieceKind::Gap) || !(stays || wanted.leaves_room(runner)) {
+        let over = !piece.leaves_room(runners);
+        if wanted == *piece || (over && wanted.kind != PieceKind::Gap) || !(stays || wanted.leaves_room(runners)) {
             return false;
         }
         *piece = wanted;
@@ -257,18 +268,21 @@ impl Site {
 
     /// As a course file, to be run by `athlete course` or trained on.
     pub(crate) fn to_ron(&self) -> String {
-        let mut gaps: Vec<&Piece> = self.pieces.iter().filter(|p| p.kind == PieceKind::Gap).collect();
-        gaps.sort_by(|a, b| a.ahead.total_cmp(&b.ahead));
-        let mut text = String::from("(\n    name: \"built\",\n    ground: (friction: 0.8),\n    solids: [\n");
-        let mut end = f32::NEG_INFINITY;
-        for gap in gaps {
-            // Gaps that overlap are one.
-            let front = (gap.ahead - 0.5 * gap.depth).max(end + 0.05);
-            let length = gap.ahead + 0.5 * gap.depth - front;
-            if length > 0.01 {
-                text.push_str(&format!("        Gap(ahead: {front:.3}, length: {length:.3}),\n"));
-                end = front + length;
+        let gaps = self.pieces.iter().filter(|p| p.kind == PieceKind::Gap);
+        let mut gaps: Vec<(f32, f32)> =
+            gaps.map(|gap| (gap.ahead - 0.5 * gap.depth, gap.ahead + 0.5 * gap.depth)).collect();
+        gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Gaps that overlap are one.
+        let mut merged: Vec<(f32, f32)> = Vec::new();
+        for (front, end) in gaps {
+            match merged.last_mut() {
+                Some(last) if front <= last.1 + 0.01 => last.1 = last.1.max(end),
+                _ => merged.push((front, end)),
             }
+        }
+        let mut text = String::from("(\n    name: \"built\",\n    ground: (friction: 0.8),\n    solids: [\n");
+        for (front, end) in merged {
+            text.push_str(&format!("        Gap(ahead: {front:.3}, length: {:.3}),\n", end - front));
         }
         for p in self.pieces.iter().filter(|p| p.kind != PieceKind::Gap) {
             let front = p.ahead - 0.5 * p.depth;
@@ -294,7 +308,7 @@ mod tests {
     use super::*;
     use crate::contact::Terrain;
 
-    const FAR: Vec3 = Vec3::splat(1e6);
+    const NOBODY: &[Vec3] = &[];
 
     fn site() -> Site {
         let mut site = Site::default();
@@ -320,8 +334,11 @@ mod tests {
             [Some(0.0), Some(0.4), Some(0.0), None, Some(0.0)]
         );
         // Gaps that overlap are one, in whatever order they were laid.
-        site.add(Piece::new(PieceKind::Gap, 19.5), FAR);
-        assert_eq!([18.85, 19.0, 20.5, 20.7].map(|at| height(&site, at)), [Some(0.0), None, None, Some(0.0)]);
+        site.add(Piece::new(PieceKind::Gap, 19.5), NOBODY);
+        assert_eq!(
+            [18.85, 19.0, 20.12, 20.5, 20.7].map(|at| height(&site, at)),
+            [Some(0.0), None, None, None, Some(0.0)]
+        );
     }
 
     #[test]
@@ -334,7 +351,7 @@ mod tests {
         assert!(site.under(ray(eye, Vec3::new(0.0, 8.0, -10.0))).is_none(), "over everything");
         site.held = Some((k, grip));
         let (k, moved) = site.dragged(ray(eye, at + Vec3::new(1.0, 0.0, -2.0))).unwrap();
-        assert!(site.change(k, moved, FAR));
+        assert!(site.change(k, moved, NOBODY));
         let piece = site.pieces[0];
         assert!((piece.right - 1.0).abs() < 1e-3 && (piece.ahead - 12.0).abs() < 1e-3, "{piece:?}");
         assert_eq!((piece.height, piece.depth), (0.4, 0.35));
@@ -361,16 +378,21 @@ mod tests {
     #[test]
     fn nothing_is_put_into_the_runner_and_numbers_stay_in_their_ranges() {
         let mut site = site();
-        let runner = Vec3::new(0.0, 0.9, -8.0);
+        let runner = &[Vec3::new(0.0, 0.9, -8.0)];
         assert!(!site.change(0, Piece { ahead: 8.2, ..site.pieces[0] }, runner));
         assert!(!site.add(Piece::new(PieceKind::Box, 8.0), runner));
         // A height may change under its nose, but not under its feet.
-        assert!(site.change(0, Piece { height: 0.6, ..site.pieces[0] }, Vec3::new(0.0, 0.9, -9.2)));
-        assert!(!site.change(0, Piece { height: 0.3, ..site.pieces[0] }, Vec3::new(0.0, 1.5, -10.0)));
-        assert!(site.change(0, Piece { height: 9.0, ahead: 1e9, ..site.pieces[0] }, FAR));
+        assert!(site.change(0, Piece { height: 0.6, ..site.pieces[0] }, &[Vec3::new(0.0, 0.9, -9.2)]));
+        assert!(!site.change(0, Piece { height: 0.3, ..site.pieces[0] }, &[Vec3::new(0.0, 1.5, -10.0)]));
+        assert!(site.change(0, Piece { height: 9.0, ahead: 1e9, ..site.pieces[0] }, NOBODY));
         assert_eq!((site.pieces[0].height, site.pieces[0].ahead), (HEIGHTS.1, BOUNDS.1));
         site.chosen = Some(1);
         site.remove();
         assert!(site.pieces.len() == 1 && site.chosen.is_none());
+        // In a race all pieces lie right across the lanes, whatever is done to them.
+        site.race_width = Some(13.8);
+        site.lay(vec![Piece::new(PieceKind::Box, 10.0)]);
+        site.change(0, Piece { right: 2.0, width: 1.0, height: 0.5, ..site.pieces[0] }, NOBODY);
+        assert_eq!((site.pieces[0].right, site.pieces[0].width, site.pieces[0].height), (0.0, 13.8, 0.5));
     }
 }
