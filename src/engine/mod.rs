@@ -131,7 +131,7 @@ pub use assets::{AthleteAssetPlugin, CharacterAsset, ControlAsset, FileAsset, Fi
 pub use at_link::AtLink;
 pub use athlete_time::AthleteTime;
 pub use body::{AthleteBody, BodyStatus};
-pub use components::{Athlete, AthleteTemplate, AthleteWorld};
+pub use components::{Athlete, AthleteWorld};
 pub use controller::{AthleteController, AthleteInput, AthleteTargets, BalancePose, PerformSkill};
 pub use detail::{AthleteBudget, AthleteDetail, AthleteLod, AthleteLodReport, AthleteViewer};
 pub use diagnostics::AthleteDiagnosticsPlugin;

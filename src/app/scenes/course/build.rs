@@ -1,7 +1,7 @@
 //! Building while it runs: the pointer moves pieces and pulls at their handles, the menu adds and removes them.
 
 use super::race::Racer;
-use super::site::{HANDLE, Piece, PieceKind, Site};
+use super::site::{HANDLE, LOST, Piece, PieceKind, Site};
 use super::{PieceOf, Runner};
 use crate::app::labels::Label;
 use crate::app::props::Props;
@@ -10,9 +10,6 @@ use crate::app::scenes::DemoScene;
 use crate::engine::{AthleteReset, AthleteWorld};
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
-
-/// A runner below this fell into a gap, m.
-pub(super) const LOST: f32 = -1.2;
 
 /// Whether the pointer holds no piece: then a drag turns the camera.
 pub(crate) fn holds_no_piece(site: Res<Site>) -> bool {

@@ -1,6 +1,6 @@
 //! A race: eight runners side by side over the same pieces.
 
-use super::build::LOST;
+use super::site::LOST;
 use crate::app::news::{News, StaysDown};
 use crate::engine::{AthleteBody, AthleteFell, AthleteInput, AthleteLook, AthleteReset, LinkPoses};
 use bevy::prelude::*;

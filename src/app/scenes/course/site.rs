@@ -36,6 +36,8 @@ pub(crate) const DEPTHS: (f32, f32) = (0.2, 6.0);
 pub(crate) const WIDTHS: (f32, f32) = (0.6, 8.0);
 /// How far to a side and along the way pieces may stand, m.
 const BOUNDS: (f32, f32) = (12.0, 70.0);
+/// A runner below this fell into a gap, m.
+pub(super) const LOST: f32 = -1.2;
 /// No piece comes nearer to the runner than this, m.
 const ROOM: f32 = 0.7;
 /// Height of the handle over a piece, m.
