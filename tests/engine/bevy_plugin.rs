@@ -419,8 +419,8 @@ fn a_skill_without_its_policy_is_refused_by_name() {
 #[test]
 fn a_scene_names_its_athlete_by_path() {
     let mut app = app(TICK);
-    let mut template = <Athlete as FromTemplate>::Template::default();
-    template.0 = "embedded://bevy_athlete/runner.character.ron".into();
+    type Named = <Athlete as FromTemplate>::Template;
+    let template = Named { 0: "embedded://bevy_athlete/runner.character.ron".into() };
     let mut entity = app.world_mut().spawn_empty();
     let athlete = entity.build_template(&template).unwrap();
     let entity = entity.insert(athlete).id();
