@@ -191,7 +191,7 @@ fn trials_begin_as_the_policy_before_leaves_its_motion() {
     let left = before.motion.tick(before.transition.leave);
     let height = left.pose.root_position.y - left.support;
     for body in before.bodies.iter() {
-        assert!((body.height - height).abs() < 0.22, "{} against {height} in the motion", body.height);
+        assert!((body.height - height).abs() < 0.12, "{} against {height} in the motion", body.height);
         assert!(body.linear.z < 0.0, "it goes ahead: {}", body.linear);
     }
     let spread =

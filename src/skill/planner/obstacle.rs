@@ -60,7 +60,7 @@ impl Obstacle {
         let rises = heights[first] > ground;
         // It ends where the ground is nearer to that before it than to its own. What goes on for longer is another level, and whatever comes on that
         // is the next obstacle.
-        let longest = GOES_ON + if rises { 0.0 } else { WIDEST_GAP - GOES_ON };
+        let longest = if rises { GOES_ON } else { WIDEST_GAP };
         let mut extreme = heights[first] - ground;
         let mut end = None;
         for (k, height) in heights.iter().enumerate().skip(first + 1) {

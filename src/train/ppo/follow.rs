@@ -24,7 +24,7 @@ const WARM_UP: f64 = 2.0;
 /// Bodies that are taken from one trial of it.
 const FROM_ONE: usize = 3;
 /// A body whose root is higher or lower than the reference's by more than this is on its way to a fall, m.
-const FALLING: f64 = 0.2;
+const FALLING: f64 = 0.1;
 /// Part of its trials that begin as what comes before it is left, where that is known.
 const AFTER: f64 = 0.5;
 /// One that is steered is told another of the speeds so often, s, and turns by so much, rad/s: a planner hurries, brakes and steers.
